@@ -58,9 +58,6 @@ template <class T> MIS_HOST_DEVICE constexpr T saturate(T a) {
     return select(a < limits<T>::saturation, a, T(limits<T>::saturation));
 }
 
-// a * b, saturated. Both must be saturated: then 0 times anything is 0, never NaN.
-template <class T> MIS_HOST_DEVICE constexpr T product(T a, T b) { return saturate(a * b); }
-
 // Densities, throughputs and counts must be non-negative numbers; anything else is a caller's bug. The comparison
 // is false for NaN as well.
 template <class T> MIS_HOST_DEVICE constexpr void assert_density([[maybe_unused]] T density) {

@@ -10,8 +10,8 @@
 //   - some densities +infinity (Dirac): those share 1 equally, the others get 0;
 //   - no finite densities make q^beta or the sum overflow or underflow;
 //   - a negative or NaN density is a caller's bug, asserted in debug builds; the result is then unspecified.
-// Under -ffast-math the same holds, except that subnormal densities may count as 0, and that, for densities in
-// double, a quotient with a density above 1e307 may be flushed to 0.
+// Under -ffast-math the same holds, except that subnormal densities may count as 0, and that densities in double
+// must stay below 1e305.
 //
 // Accuracy: densities in float are weighed in double and rounded once. Densities in double: two techniques
 // within 2 + beta ulp, N techniques within N + beta ulp.
@@ -72,19 +72,23 @@ struct balance_heuristic {
     template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const { return weight_of_first(*this, a, b); }
 };
 
-// q_i^beta / sum q_k^beta, beta > 0, [V97] 9.2.3.
-struct power_heuristic {
-    double beta = 2;
+// q_i^beta / sum q_k^beta, beta > 0, [V97] 9.2.3. Without a beta it is 2, known to the compiler: no branch, no pow.
+struct two {};
+template <class Beta = two> struct power_heuristic {
+    Beta beta;
 
     template <class T> MIS_HOST_DEVICE constexpr T to_the_beta(T x) const {
         using std::pow;
-        return beta == 2 ? x * x : beta == 1 ? x : static_cast<T>(pow(x, static_cast<T>(beta)));
+        if constexpr (std::is_same_v<Beta, two>)
+            return x * x;
+        else
+            return static_cast<T>(pow(x, static_cast<T>(beta)));
     }
     template <class T> MIS_HOST_DEVICE constexpr T share(T q, T largest) const {
         return to_the_beta(detail::select(q < largest, q / largest, T(1)));
     }
     template <class T> MIS_HOST_DEVICE constexpr T raise(T x) const {
-        return detail::saturate(to_the_beta(detail::saturate(x)));
+        return detail::saturate(to_the_beta(x));
     }
     template <class T> MIS_HOST_DEVICE constexpr T join(T x, T y) const { return x + y; }
     template <class T> MIS_HOST_DEVICE constexpr T against(T own, T others) const {
@@ -92,6 +96,8 @@ struct power_heuristic {
     }
     template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const { return weight_of_first(*this, a, b); }
 };
+
+template <class Beta> power_heuristic(Beta) -> power_heuristic<Beta>;
 
 // 0 if q_i < alpha q_max, else q_i over the sum of the densities that are not below, 0 <= alpha <= 1, [V97] 9.2.3.
 struct cutoff_heuristic {
@@ -128,7 +134,7 @@ struct maximum_heuristic {
 #endif
 MIS_DETAIL_CONSTANT average_heuristic average{};
 MIS_DETAIL_CONSTANT balance_heuristic balance{};
-MIS_DETAIL_CONSTANT power_heuristic power{};
+MIS_DETAIL_CONSTANT power_heuristic<> power{};
 MIS_DETAIL_CONSTANT cutoff_heuristic cutoff{};
 MIS_DETAIL_CONSTANT maximum_heuristic maximum{};
 #undef MIS_DETAIL_CONSTANT

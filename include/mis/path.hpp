@@ -148,12 +148,15 @@ namespace detail {
 // A product of very many factors, each of any size: mantissa 2^exponent 0^zeros inf^infinities. Zeros and
 // infinities are counted, so that a factor can be taken out again.
 template <class T> struct scaled_product {
-    T mantissa = T(0.5); // in [1/2, 1)
-    int exponent = 1;
+    T mantissa = 1; // within moderate sizes, so that two may be multiplied or divided
+    int exponent = 0;
     int zeros = 0;
     int infinities = 0;
 };
 
+template <class T> MIS_HOST_DEVICE constexpr bool is_moderate(T a) { return a > T(0x1p-256) && a < T(0x1p256); }
+
+// Brings the mantissa into [1/2, 1).
 template <class T> MIS_HOST_DEVICE void normalize(scaled_product<T>& p) {
     using std::frexp;
     int shift = 0;
@@ -161,59 +164,60 @@ template <class T> MIS_HOST_DEVICE void normalize(scaled_product<T>& p) {
     p.exponent += shift;
 }
 
-template <class T, class F> MIS_HOST_DEVICE void multiply(scaled_product<T>& p, F factor) {
+// A single factor. Zero and infinity are counted, anything else is a mantissa and an exponent.
+template <class T, class F> MIS_HOST_DEVICE scaled_product<T> scaled_factor(F factor) {
     assert_density(factor);
+    scaled_product<T> p;
     if (!(factor > F(0))) {
-        ++p.zeros;
+        p.zeros = 1;
     } else if (is_infinite(factor)) {
-        ++p.infinities;
+        p.infinities = 1;
     } else {
-        scaled_product<T> f{static_cast<T>(factor), 0, 0, 0};
-        normalize(f);
-        p.mantissa *= f.mantissa;
-        p.exponent += f.exponent;
-        normalize(p);
+        p.mantissa = static_cast<T>(factor);
+        if (!is_moderate(p.mantissa))
+            normalize(p);
     }
+    return p;
 }
 
-template <class T, class F> MIS_HOST_DEVICE void divide(scaled_product<T>& p, F factor) {
-    assert_density(factor);
-    if (!(factor > F(0))) {
-        ++p.infinities;
-    } else if (is_infinite(factor)) {
-        ++p.zeros;
-    } else {
-        scaled_product<T> f{static_cast<T>(factor), 0, 0, 0};
-        normalize(f);
-        p.mantissa /= f.mantissa;
-        p.exponent -= f.exponent;
-        normalize(p);
-    }
-}
-
-// p q, and p / q where q is a factor of p: zeros and infinities are taken out again.
-template <class T> MIS_HOST_DEVICE scaled_product<T> with(scaled_product<T> p, const scaled_product<T>& q) {
+template <class T> MIS_HOST_DEVICE scaled_product<T> operator*(scaled_product<T> p, const scaled_product<T>& q) {
     p.mantissa *= q.mantissa;
     p.exponent += q.exponent;
     p.zeros += q.zeros;
     p.infinities += q.infinities;
-    normalize(p);
+    if (!is_moderate(p.mantissa))
+        normalize(p);
     return p;
 }
+
+// p / q where q is a factor of p: its zeros and infinities are taken out again.
 template <class T> MIS_HOST_DEVICE scaled_product<T> without(scaled_product<T> p, const scaled_product<T>& q) {
     p.mantissa /= q.mantissa;
     p.exponent -= q.exponent;
     p.zeros -= q.zeros;
     p.infinities -= q.infinities;
-    normalize(p);
+    if (!is_moderate(p.mantissa))
+        normalize(p);
     return p;
 }
 
-template <class T> MIS_HOST_DEVICE constexpr bool is_less(const scaled_product<T>& a, const scaled_product<T>& b) {
+// p / q of any two: 1 / 0 is infinite, 1 / infinity is 0.
+template <class T> MIS_HOST_DEVICE scaled_product<T> operator/(const scaled_product<T>& p, scaled_product<T> q) {
+    const int zeros = q.zeros;
+    q.zeros = -q.infinities;
+    q.infinities = -zeros;
+    return without(p, q);
+}
+
+template <class T> MIS_HOST_DEVICE bool is_less(scaled_product<T> a, scaled_product<T> b) {
     if (a.zeros > 0 || b.zeros > 0)
         return b.zeros == 0;
     if (a.infinities > 0 || b.infinities > 0)
         return a.infinities == 0;
+    if (a.exponent != b.exponent) {
+        normalize(a);
+        normalize(b);
+    }
     return a.exponent < b.exponent || (a.exponent == b.exponent && a.mantissa < b.mantissa);
 }
 
@@ -225,63 +229,47 @@ MIS_HOST_DEVICE Result relative_to(const scaled_product<T>& largest, const scale
         return Result(0);
     if (largest.infinities > 0)
         return value.infinities > 0 ? Result(1) : Result(0);
-    const T ratio = ldexp(value.mantissa / largest.mantissa, value.exponent - largest.exponent);
+    T ratio = value.mantissa / largest.mantissa;
+    if (value.exponent != largest.exponent)
+        ratio = ldexp(ratio, value.exponent - largest.exponent);
     return larger(static_cast<Result>(ratio), Result(limits<Result>::least_positive));
 }
 
 // P->_i and P<-_i, [J] 2: the sampling density at the neighbour, converted to area at x_i.
 template <class T> using path_product = scaled_product<wide_t<T>>;
 
+template <class T> MIS_HOST_DEVICE path_product<T> factor(T value) { return scaled_factor<wide_t<T>>(value); }
+
 template <class Vertex>
 MIS_HOST_DEVICE path_product<typename Vertex::scalar> density_from_camera(const Vertex* path, int n, int i) {
-    path_product<typename Vertex::scalar> p;
     const auto x = measure(path, n, i);
-    if (i == 0) {
-        multiply(p, x.pdf_position);
-        return p;
-    }
+    if (i == 0)
+        return factor(x.pdf_position);
     const auto previous = measure(path, n, i - 1);
-    multiply(p, previous.pdf_to_light);
-    multiply(p, x.cos_to_camera);
-    multiply(p, x.pdf_distance_from_camera);
-    divide(p, previous.distance2_to_light);
-    return p;
+    return factor(previous.pdf_to_light) * factor(x.cos_to_camera) * factor(x.pdf_distance_from_camera) /
+           factor(previous.distance2_to_light);
 }
 template <class Vertex>
 MIS_HOST_DEVICE path_product<typename Vertex::scalar> density_from_light(const Vertex* path, int n, int i) {
-    path_product<typename Vertex::scalar> p;
     const auto x = measure(path, n, i);
-    if (i == n - 1) {
-        multiply(p, x.pdf_position);
-        return p;
-    }
-    multiply(p, measure(path, n, i + 1).pdf_to_camera);
-    multiply(p, x.cos_to_light);
-    multiply(p, x.pdf_distance_from_light);
-    divide(p, x.distance2_to_light);
-    return p;
+    if (i == n - 1)
+        return factor(x.pdf_position);
+    return factor(measure(path, n, i + 1).pdf_to_camera) * factor(x.cos_to_light) *
+           factor(x.pdf_distance_from_light) / factor(x.distance2_to_light);
 }
 template <class Vertex>
-MIS_HOST_DEVICE path_product<typename Vertex::scalar> next_event_density(const Vertex* path, int, int i) {
-    path_product<typename Vertex::scalar> p;
-    multiply(p, path[i].pdf_next_event);
-    return p;
+MIS_HOST_DEVICE path_product<typename Vertex::scalar> next_event_density(const Vertex* path, int i) {
+    return factor(path[i].pdf_next_event);
 }
 
 template <class T> MIS_HOST_DEVICE path_product<T> density_from_camera(const area_vertex<T>* path, int, int i) {
-    path_product<T> p;
-    multiply(p, path[i].density_from_camera);
-    return p;
+    return factor(path[i].density_from_camera);
 }
 template <class T> MIS_HOST_DEVICE path_product<T> density_from_light(const area_vertex<T>* path, int, int i) {
-    path_product<T> p;
-    multiply(p, path[i].density_from_light);
-    return p;
+    return factor(path[i].density_from_light);
 }
-template <class T> MIS_HOST_DEVICE path_product<T> next_event_density(const area_vertex<T>* path, int, int i) {
-    path_product<T> p;
-    multiply(p, path[i].next_event);
-    return p;
+template <class T> MIS_HOST_DEVICE path_product<T> next_event_density(const area_vertex<T>* path, int i) {
+    return factor(path[i].next_event);
 }
 
 // Whether the path itself allows the technique: no joined or merged vertex scatters by a Dirac distribution, and
@@ -302,11 +290,10 @@ MIS_HOST_DEVICE path_product<T> effective_density(const technique_counts<T>& cou
                                                   int index, path_product<T> joined) {
     const technique t = technique_at(n, index);
     if (t.kind == technique_kind::camera_connection)
-        joined = with(without(joined, density_from_camera(path, n, 0)), next_event_density(path, n, 0));
+        joined = without(joined, density_from_camera(path, n, 0)) * next_event_density(path, 0);
     if (t.kind == technique_kind::next_event)
-        joined = with(without(joined, density_from_light(path, n, n - 1)), next_event_density(path, n, n - 1));
-    multiply(joined, is_possible(path, n, t) ? count_of(counts, n, t) : T(0));
-    return joined;
+        joined = without(joined, density_from_light(path, n, n - 1)) * next_event_density(path, n - 1);
+    return joined * factor(is_possible(path, n, t) ? count_of(counts, n, t) : T(0));
 }
 
 // Calls visit(index, effective density) for every technique of the path. From s to s + 1 the camera walk takes x_s
@@ -315,12 +302,12 @@ template <class T, class Vertex, class Visit>
 MIS_HOST_DEVICE void for_each_density(const technique_counts<T>& counts, const Vertex* path, int n, Visit&& visit) {
     path_product<T> joined;
     for (int i = 0; i < n; ++i)
-        joined = with(joined, density_from_light(path, n, i));
+        joined = joined * density_from_light(path, n, i);
     for (int s = 0; s <= n; ++s) {
         visit(s, effective_density(counts, path, n, s, joined));
         if (s == n)
             break;
-        const path_product<T> with_both = with(joined, density_from_camera(path, n, s));
+        const path_product<T> with_both = joined * density_from_camera(path, n, s);
         if (s >= 1 && s <= n - 2)
             visit(n + s, effective_density(counts, path, n, n + s, with_both));
         joined = without(with_both, density_from_light(path, n, s));
@@ -361,7 +348,7 @@ MIS_HOST_DEVICE area_vertex<typename Vertex::scalar> area_densities(const Vertex
     a.density_from_camera = number(detail::density_from_camera(path, n, i));
     a.density_from_light = number(detail::density_from_light(path, n, i));
     if (i == 0 || i == n - 1)
-        a.next_event = number(detail::next_event_density(path, n, i));
+        a.next_event = number(detail::next_event_density(path, i));
     return a;
 }
 

@@ -59,6 +59,10 @@ template <class T> struct subpath_end {
 //
 //     const mis::path_weights weigh{mis::power, mis::bidirectional(float(pixels))};
 //
+// The technique `direct` (n = 2) hangs on the state of the walk's first edge, which knows the camera connection. It
+// needs camera_connection > 0, with camera_hit on also next_event > 0, and it is weighed right where the end point of
+// the walk that hits has one density: pdf_next_event = pdf_position.
+//
 // Distances are squared, at infinity 1. Densities are per solid angle and include roulette survival. Cosines are
 // those of geometric normals; signs are not wanted.
 template <class Heuristic, class T> struct path_weights {
@@ -68,7 +72,7 @@ template <class Heuristic, class T> struct path_weights {
 
     MIS_HOST_DEVICE constexpr path_weights(const Heuristic& h, const technique_counts<T>& c)
         : heuristic(h), counts(c), raised(c) {
-        assert(c.direct == T(0) || c.camera_connection > T(0));
+        assert(c.direct == T(0) || (c.camera_connection > T(0) && (c.camera_hit == T(0) || c.next_event > T(0))));
         raised.light_hit = h.raise(c.light_hit);
         raised.next_event = h.raise(c.next_event);
         raised.connection = h.raise(c.connection);
@@ -92,9 +96,9 @@ template <class Heuristic, class T> struct path_weights {
                                                       T pdf_distance_forward = T(1),
                                                       T pdf_distance_reverse = T(1)) const {
         const T inverse = T(1) / (cos_in * pdf_distance_forward);
-        const T a = detail::product(detail::absolute(x.a), heuristic.raise(distance2 * inverse));
-        const T b = detail::product(x.b, heuristic.raise(pdf_distance_reverse * inverse));
-        return {detail::select(x.a < T(0), -a, a), b};
+        const T a = detail::saturate(x.a * heuristic.raise(distance2 * inverse));
+        const T b = detail::saturate(x.b * heuristic.raise(pdf_distance_reverse * inverse));
+        return {detail::larger(a, -detail::limits<T>::saturation), b};
     }
     // From an infinite light; at an infinite light.
     MIS_HOST_DEVICE constexpr subpath_state<T> arrive_from_infinity(subpath_state<T> x, T cos_in) const {
@@ -123,17 +127,18 @@ template <class Heuristic, class T> struct path_weights {
     MIS_HOST_DEVICE constexpr subpath_state<T> scatter_dirac(subpath_state<T> x, T cos_in, T forward, T reverse,
                                                              T eta_in = T(1), T eta_out = T(1)) const {
         const T ratio = reverse * eta_in * eta_in * cos_in / (forward * eta_out * eta_out);
-        return {T(0), detail::product(x.b, heuristic.raise(ratio))};
+        return {T(0), detail::saturate(x.b * heuristic.raise(ratio))};
     }
 
     // Weight of joining the ends of both walks. In media, the densities of the distance along the edge, camera
     // walk's and light walk's.
     MIS_HOST_DEVICE constexpr T connection(const subpath_end<T>& camera, const subpath_end<T>& light, T distance2,
                                            T pdf_distance_to_light = T(1), T pdf_distance_to_camera = T(1)) const {
-        const T light_from_camera = camera.pdf_across * pdf_distance_to_light * light.cos / distance2;
-        const T camera_from_light = light.pdf_across * pdf_distance_to_camera * camera.cos / distance2;
-        const T nearer_camera = product_raised(camera_from_light, total(camera));
-        const T nearer_light = product_raised(light_from_camera, total(light));
+        const T inverse = T(1) / distance2;
+        const T light_from_camera = camera.pdf_across * pdf_distance_to_light * light.cos * inverse;
+        const T camera_from_light = light.pdf_across * pdf_distance_to_camera * camera.cos * inverse;
+        const T nearer_camera = heuristic.raise(camera_from_light) * total(camera);
+        const T nearer_light = heuristic.raise(light_from_camera) * total(light);
         return heuristic.against(raised.connection, heuristic.join(nearer_camera, nearer_light));
     }
 
@@ -151,17 +156,16 @@ template <class Heuristic, class T> struct path_weights {
                         pdf_distance_to_camera, pdf_distance_to_light);
     }
 
-    // Weight of the camera walk having arrived at a light. On the walk's first edge (n = 2) the other technique is
-    // `direct`, which takes the lens point with pdf_position, not pdf_next_event, should the two differ.
+    // Weight of the camera walk having arrived at a light.
     MIS_HOST_DEVICE constexpr T light_hit(subpath_state<T> x, const end_point<T>& light) const {
-        const T direct = product_raised(light.pdf_position, raised.direct) / raised.camera_connection;
-        return hit(x, light, raised.light_hit, product_raised(light.pdf_next_event, raised.next_event),
+        const T direct = heuristic.raise(light.pdf_position) * raised.direct / raised.camera_connection;
+        return hit(x, light, raised.light_hit, heuristic.raise(light.pdf_next_event) * raised.next_event,
                    detail::select(raised.direct > T(0), direct, T(0)));
     }
-    // Weight of the light walk having arrived at the lens; direct as above.
+    // Weight of the light walk having arrived at the lens.
     MIS_HOST_DEVICE constexpr T camera_hit(subpath_state<T> x, const end_point<T>& camera) const {
-        const T direct = product_raised(camera.pdf_position, raised.direct) / raised.next_event;
-        return hit(x, camera, raised.camera_hit, product_raised(camera.pdf_next_event, raised.camera_connection),
+        const T direct = heuristic.raise(camera.pdf_position) * raised.direct / raised.next_event;
+        return hit(x, camera, raised.camera_hit, heuristic.raise(camera.pdf_next_event) * raised.camera_connection,
                    detail::select(raised.direct > T(0), direct, T(0)));
     }
 
@@ -188,18 +192,16 @@ template <class Heuristic, class T> struct path_weights {
         return merge_raised(camera, light, pdf_to_light.value, pdf_to_camera.value, heuristic.raise(merge_count));
     }
 
-    // The pieces of the formulas above.
+    // The pieces of the formulas above. Whatever raise returns and whatever is stored is saturated, so that products
+    // of two such numbers, and sums of products, may be infinite but never NaN.
 
-    MIS_HOST_DEVICE constexpr T product_raised(T density, T term) const {
-        return detail::product(heuristic.raise(density), term);
-    }
-    // c A_i. The first edge's count is already in `a`.
+    // c A_i. The first edge's count is already in `a`, whose sign is set.
     MIS_HOST_DEVICE constexpr T edge_term(subpath_state<T> x) const {
-        return detail::select(x.a < T(0), -x.a, detail::product(raised.connection, x.a));
+        return detail::larger(-x.a, raised.connection * x.a);
     }
     // T_i, given b(eta_i's count).
     MIS_HOST_DEVICE constexpr T total(subpath_state<T> x, T pdf_back, T merge_term) const {
-        const T earlier = heuristic.join(edge_term(x), product_raised(pdf_back, x.b));
+        const T earlier = heuristic.join(edge_term(x), heuristic.raise(pdf_back) * x.b);
         return detail::saturate(heuristic.join(merge_term, earlier));
     }
     MIS_HOST_DEVICE constexpr T total(const subpath_end<T>& end) const {
@@ -208,34 +210,35 @@ template <class Heuristic, class T> struct path_weights {
     // The next vertex's A and B but for what arrive knows.
     MIS_HOST_DEVICE constexpr subpath_state<T> leave(T total_here, T cos_out, T forward) const {
         const T inverse = T(1) / forward;
-        return {heuristic.raise(inverse), product_raised(cos_out * inverse, total_here)};
+        return {heuristic.raise(inverse), detail::saturate(heuristic.raise(cos_out * inverse) * total_here)};
     }
     MIS_HOST_DEVICE constexpr subpath_state<T> start(const end_point<T>& end, T hit_count, T join_count) const {
         const T hit = heuristic.raise(hit_count / end.pdf_position);
         const T join = heuristic.raise(join_count * end.pdf_next_event / end.pdf_position);
         const subpath_state<T> x = leave(detail::select(end.hittable, hit, T(0)), end.cos, end.pdf_direction);
-        return {-detail::product(x.a, join), x.b};
+        return {-detail::saturate(x.a * join), x.b};
     }
     MIS_HOST_DEVICE constexpr T join_end(const subpath_end<T>& walk, const end_point<T>& end, T join_term,
                                          T hit_count, T distance2, T pdf_distance_to_end,
                                          T pdf_distance_to_walk) const {
-        const T walk_from_end = end.pdf_direction * pdf_distance_to_walk * walk.cos / distance2;
-        const T end_from_walk = walk.pdf_across * pdf_distance_to_end * end.cos / distance2;
-        const T chosen = T(1) / end.pdf_next_event;
-        const T hit = heuristic.raise(hit_count * end_from_walk * chosen);
-        const T earlier = product_raised(end.pdf_position * chosen * walk_from_end, total(walk));
+        const T inverse = T(1) / (distance2 * end.pdf_next_event);
+        const T walk_from_end = end.pdf_position * end.pdf_direction * pdf_distance_to_walk * walk.cos * inverse;
+        const T end_from_walk = walk.pdf_across * pdf_distance_to_end * end.cos * inverse;
+        const T hit = heuristic.raise(hit_count * end_from_walk);
+        const T earlier = heuristic.raise(walk_from_end) * total(walk);
         return heuristic.against(join_term, heuristic.join(earlier, detail::select(end.hittable, hit, T(0))));
     }
     MIS_HOST_DEVICE constexpr T hit(subpath_state<T> x, const end_point<T>& end, T hit_term, T join_term,
                                     T first_edge_term) const {
-        const T join = detail::product(detail::absolute(x.a), detail::select(x.a < T(0), first_edge_term, join_term));
-        const T earlier = detail::product(heuristic.raise(end.pdf_position), product_raised(end.pdf_direction, x.b));
-        return detail::select(end.hittable, heuristic.against(hit_term, heuristic.join(join, earlier)), T(0));
+        const T join = detail::select(x.a < T(0), first_edge_term, join_term);
+        const T joined = detail::saturate(join) * detail::absolute(x.a);
+        const T earlier = detail::saturate(heuristic.raise(end.pdf_position) * heuristic.raise(end.pdf_direction)) * x.b;
+        return detail::select(end.hittable, heuristic.against(hit_term, heuristic.join(joined, earlier)), T(0));
     }
     MIS_HOST_DEVICE constexpr T merge_raised(subpath_state<T> camera, subpath_state<T> light, T pdf_to_light,
                                              T pdf_to_camera, T merge_term) const {
-        const T nearer_camera = heuristic.join(edge_term(camera), product_raised(pdf_to_camera, camera.b));
-        const T nearer_light = heuristic.join(edge_term(light), product_raised(pdf_to_light, light.b));
+        const T nearer_camera = heuristic.join(edge_term(camera), heuristic.raise(pdf_to_camera) * camera.b);
+        const T nearer_light = heuristic.join(edge_term(light), heuristic.raise(pdf_to_light) * light.b);
         return heuristic.against(merge_term, heuristic.join(nearer_camera, nearer_light));
     }
 };
@@ -255,7 +258,7 @@ MIS_HOST_DEVICE subpath_state<T> state_at(const Weights& weigh, subpath_state<T>
             const T forward = from_camera ? x.pdf_to_light : x.pdf_to_camera;
             const T reverse = from_camera ? x.pdf_to_camera : x.pdf_to_light;
             if (x.kind == vertex_kind::dirac) // densities as recorded: etendue, or plain q for a reflection
-                state = {T(0), weigh.leave(weigh.product_raised(reverse, state.b), cos_out, forward).b};
+                state = {T(0), weigh.leave(detail::saturate(weigh.heuristic.raise(reverse) * state.b), cos_out, forward).b};
             else
                 state = weigh.scatter(state, cos_out, per_solid_angle<T>{forward}, per_solid_angle<T>{reverse});
         }

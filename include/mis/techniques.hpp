@@ -69,7 +69,7 @@ template <class T> struct technique_counts {
     T next_event = 0;        // light points sampled at each camera vertex
     T connection = 0;        // light vertices of each depth joined to each camera vertex
     T camera_connection = 0; // light walks per image, where the camera's densities are per pixel
-    T direct = 0;            // as camera_connection; the O(1) weights need camera_connection > 0 with it
+    T direct = 0;            // as camera_connection
     T camera_hit = 0;        // light walks per image, only for a lens of finite size
     T merge = 0;             // photons times pi r^2, see times_merge_area
 

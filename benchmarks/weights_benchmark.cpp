@@ -1,0 +1,114 @@
+// Times of one weight beside alternatives written from the literature, in one run: compare the rows, not the numbers.
+#include "inputs.hpp"
+#include <benchmark/benchmark.h>
+
+namespace {
+
+const std::vector<float> densities = inputs::densities(2048);
+const std::vector<inputs::edge> edges = inputs::edges(1024);
+const auto counts = mis::connection_and_merging(10000.0f, 0.01f);
+const mis::path_weights balance{mis::balance, counts};
+const mis::path_weights power{mis::power, counts};
+const alternatives::three_number_weights three{counts.merge, 1 / counts.merge};
+
+template <class Weight> void two_techniques(benchmark::State& state, Weight weight) {
+    for (auto _ : state)
+        for (std::size_t i = 0; i < densities.size(); i += 2)
+            benchmark::DoNotOptimize(weight(densities[i], densities[i + 1]));
+    state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(densities.size() / 2));
+}
+BENCHMARK_CAPTURE(two_techniques, power_by_hand, alternatives::power);
+BENCHMARK_CAPTURE(two_techniques, power, mis::power);
+BENCHMARK_CAPTURE(two_techniques, balance, mis::balance);
+BENCHMARK_CAPTURE(two_techniques, power_1_5, mis::power_heuristic{1.5});
+
+template <class Heuristic> void many_techniques(benchmark::State& state, Heuristic heuristic) {
+    const int count = static_cast<int>(state.range(0));
+    std::vector<float> weights(densities.size());
+    for (auto _ : state) {
+        mis::weights(heuristic, densities.data(), count, weights.data());
+        benchmark::DoNotOptimize(weights.data());
+        benchmark::ClobberMemory();
+    }
+    state.SetItemsProcessed(state.iterations() * count);
+}
+BENCHMARK_CAPTURE(many_techniques, balance, mis::balance)->Arg(4)->Arg(64);
+BENCHMARK_CAPTURE(many_techniques, power, mis::power)->Arg(4)->Arg(64);
+BENCHMARK_CAPTURE(many_techniques, maximum, mis::maximum)->Arg(4)->Arg(64);
+
+template <class Weights> void vertex_two_numbers(benchmark::State& state, const Weights& weigh) {
+    for (auto _ : state)
+        for (const inputs::edge& e : edges) {
+            const auto x = weigh.arrive({e.forward, e.reverse}, e.distance2, e.cos_in);
+            benchmark::DoNotOptimize(
+                weigh.scatter(x, e.cos_out, mis::per_solid_angle{e.forward}, mis::per_solid_angle{e.reverse}));
+        }
+    state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(edges.size()));
+}
+BENCHMARK_CAPTURE(vertex_two_numbers, balance, balance);
+BENCHMARK_CAPTURE(vertex_two_numbers, power, power);
+
+void vertex_three_numbers(benchmark::State& state) {
+    for (auto _ : state)
+        for (const inputs::edge& e : edges) {
+            const auto x = three.arrive({e.forward, e.reverse, e.cos_out}, e.distance2, e.cos_in);
+            benchmark::DoNotOptimize(three.scatter(x, e.cos_out, e.forward, e.reverse));
+        }
+    state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(edges.size()));
+}
+BENCHMARK(vertex_three_numbers);
+
+template <class Weights> void connection_two_numbers(benchmark::State& state, const Weights& weigh) {
+    for (auto _ : state)
+        for (const inputs::edge& e : edges) {
+            const mis::subpath_state<float> x{e.reverse, e.forward};
+            benchmark::DoNotOptimize(weigh.connection({x, e.cos_in, e.forward, e.reverse},
+                                                      {x, e.cos_out, e.reverse, e.forward}, e.distance2));
+        }
+    state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(edges.size()));
+}
+BENCHMARK_CAPTURE(connection_two_numbers, balance, balance);
+BENCHMARK_CAPTURE(connection_two_numbers, power, power);
+
+void connection_three_numbers(benchmark::State& state) {
+    for (auto _ : state)
+        for (const inputs::edge& e : edges) {
+            const alternatives::three_numbers x{e.reverse, e.forward, e.cos_in};
+            const float inverse = 1 / e.distance2;
+            benchmark::DoNotOptimize(three.connection(x, x, e.reverse * e.cos_in * inverse,
+                                                      e.forward * e.cos_out * inverse, e.reverse, e.forward));
+        }
+    state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(edges.size()));
+}
+BENCHMARK(connection_three_numbers);
+
+// One weight by a loop over both sub-paths: its time grows with their length.
+void connection_loop(benchmark::State& state) {
+    const auto walk_length = static_cast<std::size_t>(state.range(0)) / 2;
+    std::vector<alternatives::loop_vertex> walk;
+    for (std::size_t i = 0; i < walk_length; ++i)
+        walk.push_back({edges[i].forward, edges[i].reverse, false});
+    const int s = static_cast<int>(walk_length);
+    for (auto _ : state)
+        benchmark::DoNotOptimize(alternatives::loop_connection(walk.data(), s, walk.data(), s));
+    state.SetItemsProcessed(state.iterations());
+}
+BENCHMARK(connection_loop)->Arg(4)->Arg(8)->Arg(16)->Arg(32);
+
+// All weights of a complete path at once: the form for tests and studies.
+void complete_path(benchmark::State& state) {
+    const int n = static_cast<int>(state.range(0));
+    const auto path = inputs::path(n);
+    std::vector<float> weights(static_cast<std::size_t>(mis::technique_count(n)));
+    for (auto _ : state) {
+        mis::weights(mis::power, counts, path.data(), n, weights.data());
+        benchmark::DoNotOptimize(weights.data());
+        benchmark::ClobberMemory();
+    }
+    state.SetItemsProcessed(state.iterations() * mis::technique_count(n));
+}
+BENCHMARK(complete_path)->Arg(4)->Arg(8)->Arg(32);
+
+} // namespace
+
+BENCHMARK_MAIN();

@@ -1,0 +1,85 @@
+// Writes weighted paths as JSON Lines, one contribution each, for tools that check weights.
+#pragma once
+
+#include "weigh.hpp"
+#include <nlohmann/json.hpp>
+
+namespace bpt {
+
+inline const char* name_of(mis::technique_kind kind) {
+    constexpr const char* names[] = {"camera_hit", "camera_connection", "direct", "connection",
+                                     "next_event", "light_hit",         "merge"};
+    return names[static_cast<int>(kind)];
+}
+inline const char* name_of(heuristic_kind kind) {
+    constexpr const char* names[] = {"average", "balance", "power", "cutoff", "maximum"};
+    return names[static_cast<int>(kind)];
+}
+inline const char* name_of(mis::vertex_kind kind) {
+    constexpr const char* names[] = {"camera", "surface", "dirac", "medium", "light", "infinite_light"};
+    return names[static_cast<int>(kind)];
+}
+
+template <class Real> nlohmann::ordered_json to_json(const vec3<Real>& v) { return {v.x, v.y, v.z}; }
+
+template <class Real>
+nlohmann::ordered_json to_json(const scene<Real>& scene, const vertex<Real>& x, bool has_previous, bool has_next) {
+    const auto& r = x.record;
+    nlohmann::ordered_json j{{"kind", name_of(r.kind)}};
+    if (is_infinite(x)) {
+        j["direction"] = to_json(x.point.normal);
+    } else {
+        j["position"] = to_json(x.point.position);
+        if (x.point.normal != vec3<Real>(0))
+            j["normal"] = to_json(x.point.normal);
+        if (x.point.shading_normal != x.point.normal)
+            j["shading_normal"] = to_json(x.point.shading_normal);
+    }
+    if (has_next) {
+        j["pdf_to_light"] = r.pdf_to_light;
+        j["cos_to_light"] = r.cos_to_light;
+        j["distance"] = std::sqrt(r.distance2_to_light);
+    }
+    if (has_previous) {
+        j["pdf_to_camera"] = r.pdf_to_camera;
+        j["cos_to_camera"] = r.cos_to_camera;
+    }
+    if (!has_previous || !has_next)
+        j["pdf_position"] = r.pdf_position;
+    if (is_light(x)) {
+        j["pdf_next_event"] = r.pdf_next_event;
+        j["selection"] = scene.lights[static_cast<std::size_t>(x.point.light)].select_emission;
+    }
+    if (r.dirac && is_light(x))
+        j["dirac"] = true;
+    if (x.material)
+        j["survival"] = x.material->survival;
+    if (scatters_dirac(x)) {
+        j["eta_to_camera"] = x.eta_to_camera;
+        j["eta_to_light"] = x.eta_to_light;
+    }
+    return j;
+}
+
+template <class Real>
+std::string to_json_line(const scene<Real>& scene, const weights<Real>& weigh, const contribution<Real>& c,
+                         const complete_path<Real>& path) {
+    nlohmann::ordered_json j{{"technique", name_of(c.technique.kind)},
+                             {"camera_vertices", c.technique.camera_vertices},
+                             {"weight", c.weight},
+                             {"heuristic", name_of(weigh.heuristic.kind)}};
+    if (weigh.heuristic.kind == heuristic_kind::power)
+        j["beta"] = weigh.heuristic.parameter;
+    if (weigh.heuristic.kind == heuristic_kind::cutoff)
+        j["alpha"] = weigh.heuristic.parameter;
+    for (const auto kind : {mis::technique_kind::light_hit, mis::technique_kind::next_event,
+                            mis::technique_kind::connection, mis::technique_kind::camera_connection,
+                            mis::technique_kind::direct})
+        if (const Real count = mis::count_of(weigh.counts, kind); count > Real(0))
+            j["counts"][name_of(kind)] = count;
+    for (int i = 0; i < path.size; ++i)
+        j["vertices"].push_back(to_json(scene, path.vertices[i], i > 0, i + 1 < path.size));
+    return j.dump();
+}
+
+} // namespace bpt

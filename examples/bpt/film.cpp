@@ -1,0 +1,121 @@
+#include "film.hpp"
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfOutputFile.h>
+#include <cairo.h>
+#include <memory>
+#include <stdexcept>
+
+namespace bpt {
+
+film::film(int width_in_pixels) : width(width_in_pixels) {
+    const image black{width, std::vector<glm::dvec3>(static_cast<std::size_t>(width) * static_cast<std::size_t>(width))};
+    sum = black;
+    for (int n = 2; n <= longest_path; ++n)
+        for (int s = 0; s <= n; ++s)
+            unweighted[n][s] = weighted[n][s] = black;
+}
+
+namespace {
+
+using surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
+using context = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
+
+surface make_surface(int width, int height) {
+    return {cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height), cairo_surface_destroy};
+}
+
+unsigned char to_srgb(double linear) {
+    const double x = std::clamp(linear, 0.0, 1.0);
+    const double encoded = x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
+    return static_cast<unsigned char>(255 * encoded + 0.5);
+}
+
+surface to_surface(const image& image, double scale) {
+    surface s = make_surface(image.width, image.width);
+    unsigned char* const data = cairo_image_surface_get_data(s.get());
+    const auto stride = static_cast<std::size_t>(cairo_image_surface_get_stride(s.get()));
+    const auto width = static_cast<std::size_t>(image.width);
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        unsigned char* const bgr = data + i / width * stride + i % width * 4;
+        for (int channel = 0; channel < 3; ++channel)
+            bgr[2 - channel] = to_srgb(scale * image.pixels[i][channel]);
+    }
+    cairo_surface_mark_dirty(s.get());
+    return s;
+}
+
+void write(const surface& s, const std::string& file) {
+    if (cairo_surface_write_to_png(s.get(), file.c_str()) != CAIRO_STATUS_SUCCESS)
+        throw std::runtime_error("cannot write " + file);
+}
+
+void draw_text(const context& c, double x, double y, double size, const std::string& text) {
+    cairo_select_font_face(c.get(), "DejaVu Sans", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
+    cairo_set_font_size(c.get(), size);
+    cairo_set_source_rgb(c.get(), 0, 0, 0);
+    cairo_move_to(c.get(), x, y);
+    cairo_show_text(c.get(), text.c_str());
+}
+
+} // namespace
+
+void write_png(const std::string& file, const film& film, double exposure) {
+    write(to_surface(film.sum, exposure / film.passes), file);
+}
+
+void write_exr(const std::string& file, const film& film) {
+    std::vector<float> data;
+    for (const glm::dvec3& pixel : film.sum.pixels)
+        for (int channel = 0; channel < 3; ++channel)
+            data.push_back(static_cast<float>(pixel[channel] / film.passes));
+    Imf::Header header(film.width, film.width);
+    Imf::FrameBuffer buffer;
+    const char* const names[] = {"R", "G", "B"};
+    constexpr std::size_t stride = 3 * sizeof(float);
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+        header.channels().insert(names[channel], Imf::Channel(Imf::FLOAT));
+        buffer.insert(names[channel], Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(data.data() + channel), stride,
+                                                 stride * static_cast<std::size_t>(film.width)));
+    }
+    try {
+        Imf::OutputFile out(file.c_str(), header);
+        out.setFrameBuffer(buffer);
+        out.writePixels(film.width);
+    } catch (const std::exception&) {
+        throw std::runtime_error("cannot write " + file);
+    }
+}
+
+void write_pyramid(const std::string& file, const film& film, double exposure) {
+    constexpr int tile = 84, gap = 4, label = 14, header = 40, longest_shown = 6, margin = 44;
+    constexpr int block = longest_shown * (tile + gap);
+    const surface picture = make_surface(2 * (block + margin), header + (longest_shown - 1) * (tile + label + gap));
+    const context c{cairo_create(picture.get()), cairo_destroy};
+    cairo_set_source_rgb(c.get(), 1, 1, 1);
+    cairo_paint(c.get());
+    draw_text(c, margin, 16, 14, "unweighted: each technique alone");
+    draw_text(c, 2 * margin + block, 16, 14, "weighted: each technique's share of the image");
+    for (int n = 2; n <= longest_shown; ++n) {
+        const double brighter = std::pow(1.5, n - 3); // long paths are dark
+        const int y = header + (n - 2) * (tile + label + gap);
+        draw_text(c, 4, y + tile / 2, 11, "n = " + std::to_string(n));
+        for (int s = 1; s <= n; ++s)
+            for (const bool weighted : {false, true}) {
+                const image& image = (weighted ? film.weighted : film.unweighted)[n][s];
+                const int x = margin + (weighted ? block + margin : 0) + (s - 1) * (tile + gap);
+                const surface s_image = to_surface(image, exposure * brighter / film.passes);
+                cairo_save(c.get());
+                cairo_translate(c.get(), x, y);
+                cairo_scale(c.get(), double(tile) / film.width, double(tile) / film.width);
+                cairo_set_source_surface(c.get(), s_image.get(), 0, 0);
+                cairo_paint(c.get());
+                cairo_restore(c.get());
+                draw_text(c, x + 2, y + tile + 11, 10, "s=" + std::to_string(s) + "  t=" + std::to_string(n - s));
+            }
+    }
+    write(picture, file);
+}
+
+} // namespace bpt

@@ -1,0 +1,254 @@
+// The reference renderer's command line: renders scenes, writes their images and prints how far the three ways of
+// computing weights are apart.
+#include "film.hpp"
+#include "render.hpp"
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <unistd.h>
+
+namespace {
+
+struct options {
+    std::vector<std::string> scenes{"cornell"};
+    std::string output = "bpt-output", scalar = "double", heuristic = "power", techniques = "bidirectional", dump;
+    int samples = 16, size = 128, threads = static_cast<int>(std::thread::hardware_concurrency()), longest = 10;
+    int dump_limit = 2000;
+    double beta = 2, alpha = 0.1;
+    unsigned seed = 1;
+    bool demo = false, random_connection = false, no_roulette = false, no_checks = false;
+};
+
+[[noreturn]] void fail(const std::string& message) {
+    std::fprintf(stderr, "bpt: %s\n", message.c_str());
+    std::exit(2);
+}
+
+template <class Map> std::string names_in(const Map& map) {
+    std::string names;
+    for (const auto& entry : map)
+        names += (names.empty() ? "" : ", ") + entry.first;
+    return names;
+}
+template <class Map> auto choose(const Map& map, const std::string& name, const std::string& option) {
+    const auto found = map.find(name);
+    if (found == map.end())
+        fail(option + " '" + name + "' is unknown; there are " + names_in(map));
+    return found->second;
+}
+
+bpt::any_heuristic heuristic_of(const options& o) {
+    using kind = bpt::heuristic_kind;
+    const std::map<std::string, kind> kinds{{"average", kind::average}, {"balance", kind::balance}, {"power", kind::power},
+                                            {"cutoff", kind::cutoff}, {"maximum", kind::maximum}};
+    const kind k = choose(kinds, o.heuristic, "--heuristic");
+    return {k, k == kind::cutoff ? o.alpha : o.beta};
+}
+
+template <class Real> mis::technique_counts<Real> counts_of(const options& o) {
+    const Real pixels = static_cast<Real>(o.size) * static_cast<Real>(o.size);
+    const std::map<std::string, mis::technique_counts<Real>> sets{{"path_tracing", mis::path_tracing<Real>()},
+                                                                  {"next_event", mis::path_tracing_next_event<Real>()},
+                                                                  {"light_tracing", mis::light_tracing(pixels)},
+                                                                  {"bidirectional", mis::bidirectional(pixels)}};
+    return choose(sets, o.techniques, "--technique-set");
+}
+
+void show_progress(const std::string& what, int done, int all) {
+    if (!isatty(STDERR_FILENO))
+        return;
+    constexpr int width = 40;
+    const int filled = width * done / all;
+    std::fprintf(stderr, "\r%-24s [%s%s] %3d %%%s", what.c_str(), std::string(std::size_t(filled), '#').c_str(),
+                 std::string(std::size_t(width - filled), ' ').c_str(), 100 * done / all,
+                 done == all ? "\r\033[K" : "");
+}
+
+// The bars that the weights must meet, and whether they do.
+template <class Real> bool is_good(const bpt::weight_checks& c) {
+    if (sizeof(Real) == 4)
+        return c.recursion.largest <= 1e-4 && c.recursion.above_1e_5 * 10000 <= c.recursion.compared &&
+               c.sum <= 1e-12 && c.recursion_sum <= 1e-5;
+    return c.recursion.largest <= 1e-9 && c.throughput.largest <= 1e-9 && c.sum <= 1e-12 && c.recursion_sum <= 1e-12;
+}
+
+void print_heading() {
+    std::printf("%-12s %-7s %-8s %10s  %7s  %10s  %10s  %10s  %10s  %8s\n", "scene", "scalar", "weights", "paths",
+                "n", "recursion", "throughput", "sum", "sum (rec.)", "> 1e-5");
+}
+template <class Real> bool print_checks(const std::string& scene, const options& o, const bpt::weight_checks& c) {
+    const bool good = is_good<Real>(c);
+    const bool in_float = sizeof(Real) == 4;
+    char throughput[32];
+    std::snprintf(throughput, sizeof throughput, in_float ? "(%.1e)" : "%.1e", c.throughput.largest);
+    std::printf("%-12s %-7s %-8s %10lld  %2d ..%2d  %10.1e  %10s  %10.1e  %10.1e  %6.4f %%  %s\n", scene.c_str(),
+                in_float ? "float" : "double", o.heuristic.c_str(), static_cast<long long>(c.paths), c.shortest, c.longest,
+                c.recursion.largest, throughput, c.sum, c.recursion_sum,
+                100.0 * double(c.recursion.above_1e_5) / double(std::max<std::int64_t>(1, c.recursion.compared)),
+                good ? "good" : "BAD");
+    return good;
+}
+
+// Renders one scene and writes its files. Returns what the comparison of its weights found.
+template <class Real>
+bpt::weight_checks render_scene(const std::string& name, const options& o, bool write_images, std::ofstream& dump) {
+    bpt::scene<Real> scene = bpt::make_scene<Real>(name);
+    if (o.no_roulette)
+        for (auto& m : scene.materials)
+            m.survival = 1;
+    bpt::settings<Real> settings;
+    settings.width = o.size;
+    settings.passes = o.samples;
+    settings.threads = o.threads;
+    settings.longest = o.longest;
+    settings.seed = o.seed;
+    settings.heuristic = heuristic_of(o);
+    settings.counts = counts_of<Real>(o);
+    settings.random_connection = o.random_connection;
+    settings.check_weights = !o.no_checks;
+    settings.dump_paths = dump.is_open() ? (o.dump_limit - 1) / (o.size * o.samples) + 1 : 0;
+
+    bpt::film film(o.size);
+    bpt::weight_checks checks;
+    int dumped = 0;
+    bpt::render(scene, settings, [&](const bpt::pass_result<Real>& result) {
+        for (const auto& row : result.rows) {
+            for (const auto& c : row.contributions)
+                film.add(c);
+            checks.add(row.checks);
+            for (const auto& line : row.dump)
+                if (dumped < o.dump_limit)
+                    dump << line << '\n', ++dumped;
+        }
+        film.passes = result.pass + 1;
+        show_progress(name, film.passes, o.samples);
+    });
+    if (write_images) {
+        const std::string base = o.output + "/" + name;
+        const double exposure = static_cast<double>(scene.exposure);
+        bpt::write_png(base + ".png", film, exposure);
+        bpt::write_exr(base + ".exr", film);
+        bpt::write_pyramid(base + "-pyramid.png", film, exposure);
+    }
+    return checks;
+}
+
+std::ofstream open_outputs(const options& o) {
+    std::error_code error;
+    std::filesystem::create_directories(o.output, error);
+    if (error || access(o.output.c_str(), W_OK) != 0)
+        fail("--output '" + o.output + "' is no folder that can be written to");
+    std::ofstream dump;
+    if (!o.dump.empty()) {
+        dump.open(o.dump);
+        if (!dump)
+            fail("--dump '" + o.dump + "' cannot be written");
+    }
+    return dump;
+}
+
+// Every scene in double and in float, under the power heuristic, with images.
+int run_demo(options o, std::ofstream& dump) {
+    const auto start = std::chrono::steady_clock::now();
+    bool good = true;
+    std::int64_t paths = 0;
+    print_heading();
+    for (const auto& name : bpt::scene_names()) {
+        const auto checks = render_scene<double>(name, o, true, dump);
+        good &= print_checks<double>(name, o, checks);
+        paths += checks.paths;
+        std::fflush(stdout);
+    }
+    for (const auto& name : bpt::scene_names()) {
+        good &= print_checks<float>(name, o, render_scene<float>(name, o, false, dump));
+        std::fflush(stdout);
+    }
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+    std::printf("%lld paths in double weighted three ways; %.0f s; images are in %s\n", static_cast<long long>(paths),
+                seconds.count(), o.output.c_str());
+    return good ? 0 : 1;
+}
+
+int run(const options& o, std::ofstream& dump) {
+    bool good = true;
+    print_heading();
+    for (const auto& name : o.scenes) {
+        const bool in_float = o.scalar == "float";
+        const auto checks =
+            in_float ? render_scene<float>(name, o, true, dump) : render_scene<double>(name, o, true, dump);
+        if (!o.no_checks)
+            good &= in_float ? print_checks<float>(name, o, checks) : print_checks<double>(name, o, checks);
+    }
+    return good ? 0 : 1;
+}
+
+void add_options(CLI::App& app, options& o) {
+    app.add_option("--scene", o.scenes, "cornell, spheres, glossy, smooth, environment, point, lens, or all");
+    app.add_option("--samples", o.samples, "passes: camera walks per pixel");
+    app.add_option("--size", o.size, "width and height in pixels");
+    app.add_option("--output", o.output, "folder of the images");
+    app.add_option("--heuristic", o.heuristic, "balance, power, maximum, average, cutoff");
+    app.add_option("--beta", o.beta, "exponent of the power heuristic");
+    app.add_option("--alpha", o.alpha, "threshold of the cutoff heuristic");
+    app.add_option("--technique-set", o.techniques, "path_tracing, next_event, light_tracing, bidirectional");
+    app.add_option("--scalar", o.scalar, "float or double");
+    app.add_option("--threads", o.threads, "the image is the same for any number");
+    app.add_option("--max-vertices", o.longest, "of a path in all, 2 to 10");
+    app.add_option("--seed", o.seed);
+    app.add_option("--dump", o.dump, "file for weighted paths, JSON Lines");
+    app.add_option("--dump-limit", o.dump_limit, "paths dumped per scene");
+    app.add_flag("--random-connection", o.random_connection, "join each camera vertex to one light vertex only");
+    app.add_flag("--no-roulette", o.no_roulette, "walks end only by leaving the scene");
+    app.add_flag("--no-checks", o.no_checks, "weigh each path once only");
+    app.add_flag("--demo", o.demo, "all scenes, in double and in float");
+}
+
+void check_options(options& o) {
+    if (o.scenes == std::vector<std::string>{"all"})
+        o.scenes = bpt::scene_names();
+    std::map<std::string, int> scenes;
+    for (const auto& name : bpt::scene_names())
+        scenes[name] = 0;
+    for (const auto& name : o.scenes)
+        choose(scenes, name, "--scene");
+    choose(std::map<std::string, int>{{"float", 0}, {"double", 0}}, o.scalar, "--scalar");
+    heuristic_of(o);
+    counts_of<double>(o);
+    const auto in_range = [](int value, int least, int most, const char* option) {
+        if (value < least || value > most)
+            fail(std::string(option) + " must be from " + std::to_string(least) + " to " + std::to_string(most));
+    };
+    in_range(o.samples, 1, 1000000, "--samples");
+    in_range(o.size, 1, 4096, "--size");
+    in_range(o.threads, 1, 1024, "--threads");
+    in_range(o.longest, 2, bpt::longest_path, "--max-vertices");
+    in_range(o.dump_limit, 1, 1000000000, "--dump-limit");
+    if (!(o.beta > 0 && o.beta <= 64))
+        fail("--beta must be above 0, up to 64");
+    if (!(o.alpha >= 0 && o.alpha <= 1))
+        fail("--alpha must be from 0 to 1");
+}
+
+} // namespace
+
+int main(int count, char** arguments) {
+    CLI::App app{"Reference bidirectional path tracer: renders small scenes and weighs every path three ways."};
+    options o;
+    add_options(app, o);
+    try {
+        app.parse(count, arguments);
+    } catch (const CLI::CallForHelp& help) {
+        return app.exit(help);
+    } catch (const CLI::ParseError& error) {
+        fail(error.what());
+    }
+    check_options(o);
+    try {
+        std::ofstream dump = open_outputs(o);
+        return o.demo ? run_demo(o, dump) : run(o, dump);
+    } catch (const std::exception& error) {
+        fail(error.what());
+    }
+}

@@ -1,0 +1,131 @@
+// The rendering loop: one camera walk and one light walk per pixel and pass, joined in every way.
+#pragma once
+
+#include "dump.hpp"
+#include <atomic>
+#include <functional>
+#include <thread>
+
+namespace bpt {
+
+template <class Real> struct settings {
+    int width = 128; // and height, in pixels
+    int passes = 16; // samples per pixel
+    int threads = static_cast<int>(std::thread::hardware_concurrency());
+    int longest = longest_path; // the path's vertices in all, the only cap
+    std::uint64_t seed = 1;
+    any_heuristic heuristic;
+    mis::technique_counts<Real> counts; // light walks per image: width * width
+    bool random_connection = false;
+    bool check_weights = true;
+    int dump_paths = 0; // per image row and pass
+};
+
+// What one row of one pass has made. Rows are merged in their order, so that results do not depend on threads.
+template <class Real> struct row_result {
+    std::vector<contribution<Real>> contributions;
+    weight_checks checks;
+    std::vector<std::string> dump;
+};
+
+template <class Real> struct pass_result {
+    int pass = 0;
+    std::vector<row_result<Real>> rows;
+};
+
+// The renderer with all that stays the same from sample to sample.
+template <class Real> struct renderer {
+    const bpt::scene<Real>& scene;
+    settings<Real> set;
+    weights<Real> weigh;
+    double mean_light_vertices = 0; // of light walks, for random connections; 0: all connections
+
+    renderer(const bpt::scene<Real>& s, const settings<Real>& settings)
+        : scene(s), set(settings), weigh(settings.heuristic, settings.counts) {
+        if (!set.random_connection)
+            return;
+        mean_light_vertices = measure_light_vertices();
+        weigh = {set.heuristic, mis::random_connection(set.counts, static_cast<Real>(mean_light_vertices))};
+    }
+
+    pcg32 generator(std::uint64_t pass, std::uint64_t pixel) const { return {set.seed * 0x9e3779b9u + pass, pixel}; }
+
+    // From walks of their own: weights must not depend on the walk that is weighed.
+    double measure_light_vertices() const {
+        std::int64_t vertices = 0;
+        walk<Real> light;
+        constexpr int walks = 10000;
+        for (int i = 0; i < walks; ++i) {
+            pcg32 rng = generator(~std::uint64_t(0), static_cast<std::uint64_t>(i));
+            walk_from_light(scene, weigh, set.longest - 1, light, rng);
+            for (std::size_t k = 1; k < light.size(); ++k)
+                vertices += !scatters_dirac(light[k]);
+        }
+        return std::max(1.0, static_cast<double>(vertices) / walks);
+    }
+
+    Real weight_of(const contribution<Real>& c, const complete_path<Real>& path, const std::function<Real()>& weight) const {
+        if (set.heuristic.kind != heuristic_kind::cutoff)
+            return weight();
+        mis::measured_vertex<Real> records[longest_path];
+        for (int i = 0; i < path.size; ++i)
+            records[i] = path.vertices[i].record;
+        return mis::weight(set.heuristic, weigh.counts, records, path.size, c.technique);
+    }
+
+    void render_row(int pass, int row, row_result<Real>& result) const {
+        sample_pair<Real, weights<Real>> pair{scene, weigh, set.width, 0, set.longest, {}, {}, {}};
+        const auto& counts = weigh.counts;
+        const bool from_light = counts.connection + counts.camera_connection + counts.direct > Real(0);
+        const bool from_camera = counts.light_hit + counts.next_event + counts.connection > Real(0);
+        const auto sink = [&](contribution<Real> c, const complete_path<Real>& path, const auto& weight) {
+            c.weight = weight_of(c, path, weight);
+            c.light_can_be_hit = !path.vertices[path.size - 1].record.dirac;
+            c.camera_can_be_joined = !scatters_dirac(path.vertices[1]);
+            c.light_can_be_joined = !scatters_dirac(path.vertices[path.size - 2]);
+            result.contributions.push_back(c);
+            if (set.check_weights)
+                check_weight(scene, weigh, mean_light_vertices, set.width, path, c.technique, c.weight, result.checks);
+            if (static_cast<int>(result.dump.size()) < set.dump_paths)
+                result.dump.push_back(to_json_line(scene, weigh, c, path));
+        };
+        for (int column = 0; column < set.width; ++column) {
+            pair.pixel = row * set.width + column;
+            pcg32 rng = generator(static_cast<std::uint64_t>(pass), static_cast<std::uint64_t>(pair.pixel));
+            const Real x = static_cast<Real>(column) + uniform<Real>(rng), y = static_cast<Real>(row) + uniform<Real>(rng);
+            const Real to_film = 2 / static_cast<Real>(set.width);
+            pair.camera.clear();
+            pair.light.clear();
+            if (from_camera)
+                walk_from_camera(scene, weigh, set.width, x * to_film - 1, 1 - y * to_film, set.longest, pair.camera, rng);
+            if (from_light)
+                walk_from_light(scene, weigh, set.longest - 1, pair.light, rng);
+            connect_all(pair, set.random_connection, rng, sink);
+        }
+    }
+
+    // Renders one pass on all threads.
+    pass_result<Real> render_pass(int pass) const {
+        pass_result<Real> result{pass, std::vector<row_result<Real>>(static_cast<std::size_t>(set.width))};
+        std::atomic<int> next_row{0};
+        std::vector<std::thread> threads;
+        for (int i = 0; i < std::max(1, set.threads); ++i)
+            threads.emplace_back([&] {
+                for (int row; (row = next_row++) < set.width;)
+                    render_row(pass, row, result.rows[static_cast<std::size_t>(row)]);
+            });
+        for (auto& thread : threads)
+            thread.join();
+        return result;
+    }
+};
+
+// Renders all passes; `on_pass` is given each in turn.
+template <class Real, class OnPass>
+void render(const scene<Real>& scene, const settings<Real>& settings, OnPass&& on_pass) {
+    const renderer<Real> renderer(scene, settings);
+    for (int pass = 0; pass < settings.passes; ++pass)
+        on_pass(renderer.render_pass(pass));
+}
+
+} // namespace bpt

@@ -1,0 +1,340 @@
+// The scenes, as data.
+#include "scene.hpp"
+#include <array>
+#include <map>
+#include <stdexcept>
+
+namespace bpt {
+namespace {
+
+using dvec3 = glm::dvec3;
+
+// Reflectance of the Cornell box's paints, measured from 400 to 700 nm every 4 nm, as the Cornell University Program
+// of Computer Graphics has published it.
+constexpr std::array<double, 76> white_paint{
+    .343, .445, .551, .624, .665, .687, .708, .723, .715, .710, .745, .758, .739, .767, .777, .765, .751, .745, .748,
+    .729, .745, .757, .753, .750, .746, .747, .735, .732, .739, .734, .725, .721, .733, .725, .732, .743, .744, .748,
+    .728, .716, .733, .726, .713, .740, .754, .764, .752, .736, .734, .741, .740, .732, .745, .755, .751, .744, .731,
+    .733, .744, .731, .712, .708, .729, .730, .727, .707, .703, .729, .750, .760, .751, .739, .724, .730, .740, .737};
+constexpr std::array<double, 76> green_paint{
+    .092, .096, .098, .097, .098, .095, .095, .097, .095, .094, .097, .098, .096, .101, .103, .104, .107, .109, .112,
+    .115, .125, .140, .160, .187, .229, .285, .343, .390, .435, .464, .472, .476, .481, .462, .447, .441, .426, .406,
+    .373, .347, .337, .314, .285, .277, .266, .250, .230, .207, .186, .171, .160, .148, .141, .136, .130, .126, .123,
+    .121, .122, .119, .114, .115, .117, .117, .118, .120, .122, .128, .132, .139, .144, .146, .150, .152, .157, .159};
+constexpr std::array<double, 76> red_paint{
+    .040, .046, .048, .053, .049, .050, .053, .055, .057, .056, .059, .057, .061, .061, .060, .062, .062, .062, .061,
+    .062, .060, .059, .057, .058, .058, .058, .056, .055, .056, .059, .057, .055, .059, .059, .058, .059, .061, .061,
+    .063, .063, .067, .068, .072, .080, .090, .099, .124, .154, .192, .255, .287, .349, .402, .443, .487, .513, .558,
+    .584, .620, .606, .609, .651, .612, .610, .650, .638, .627, .620, .630, .628, .642, .639, .657, .639, .635, .642};
+
+// Three bands stand for colours: blue 400 to 500 nm, green 500 to 600, red 600 to 700.
+dvec3 in_bands(const std::array<double, 76>& spectrum) {
+    dvec3 rgb(0);
+    for (std::size_t band = 0; band < 3; ++band) {
+        for (std::size_t i = 25 * band; i <= 25 * band + 25; ++i)
+            rgb[2 - static_cast<int>(band)] += spectrum[i] / 26;
+    }
+    return rgb;
+}
+// The light's published spectrum is 0, 8, 15.6, 18.4 at 400, 500, 600, 700 nm.
+const dvec3 cornell_light((15.6 + 18.4) / 2, (8 + 15.6) / 2, (0 + 8) / 2.0);
+
+// Builds a scene in double; cast_to() makes one of another scalar type of it.
+struct builder {
+    scene<double> s;
+
+    int add(const material<double>& m) {
+        s.materials.push_back(m);
+        return static_cast<int>(s.materials.size()) - 1;
+    }
+    int diffuse(const dvec3& albedo) {
+        material<double> m;
+        m.diffuse = albedo;
+        m.survival = std::max({albedo.x, albedo.y, albedo.z, 0.2});
+        return add(m);
+    }
+    int glossy(const dvec3& albedo, const dvec3& specular, double exponent) {
+        material<double> m;
+        m.kind = material_kind::glossy;
+        m.diffuse = albedo;
+        m.specular = specular;
+        m.exponent = exponent;
+        m.survival = std::max({albedo.x + specular.x, albedo.y + specular.y, albedo.z + specular.z});
+        return add(m);
+    }
+    int mirror(double reflectance) {
+        material<double> m;
+        m.kind = material_kind::mirror;
+        m.specular = dvec3(reflectance);
+        m.survival = reflectance;
+        return add(m);
+    }
+    int glass(double eta) {
+        material<double> m;
+        m.kind = material_kind::glass;
+        m.specular = dvec3(1);
+        m.eta = eta;
+        m.survival = 0.95;
+        return add(m);
+    }
+
+    void begin_cluster() { s.clusters.push_back({dvec3(0), std::numeric_limits<double>::max(), s.triangles.size(), 0}); }
+    void triangle_with(const dvec3& a, const dvec3& b, const dvec3& c, int material, int light, const dvec3& na,
+                       const dvec3& nb, const dvec3& nc) {
+        triangle<double> t;
+        t.a = a, t.ab = b - a, t.ac = c - a;
+        t.normal = normalize(cross(t.ab, t.ac));
+        t.shading_normals[0] = na, t.shading_normals[1] = nb, t.shading_normals[2] = nc;
+        t.material = material;
+        t.light = light;
+        s.triangles.push_back(t);
+        ++s.clusters.back().count;
+    }
+    void quad(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d, int material, int light = -1) {
+        const dvec3 n = normalize(cross(b - a, c - a));
+        triangle_with(a, b, c, material, light, n, n, n);
+        triangle_with(a, c, d, material, light, n, n, n);
+    }
+    void ball(const dvec3& center, double radius, int material) { s.spheres.push_back({center, radius, material}); }
+
+    // Emits on the side of cross(b - a, d - a).
+    void area_light(const dvec3& a, const dvec3& b, const dvec3& d, const dvec3& radiance, double select_emission,
+                    double select_next_event) {
+        light<double> l;
+        l.emission = radiance;
+        l.origin = a, l.edge_u = b - a, l.edge_v = d - a;
+        l.normal = normalize(cross(l.edge_u, l.edge_v));
+        l.area = length(cross(l.edge_u, l.edge_v));
+        l.select_emission = select_emission;
+        l.select_next_event = select_next_event;
+        s.lights.push_back(l);
+        quad(a, b, b + d - a, d, 0, static_cast<int>(s.lights.size()) - 1);
+    }
+    void point_light(const dvec3& position, const dvec3& intensity, double select_emission, double select_next_event) {
+        light<double> l;
+        l.kind = light_kind::point;
+        l.emission = intensity;
+        l.origin = position;
+        l.select_emission = select_emission;
+        l.select_next_event = select_next_event;
+        s.lights.push_back(l);
+    }
+    void environment(const dvec3& zenith, const dvec3& horizon, const dvec3& sun, const dvec3& towards_sun,
+                     double exponent, double select_emission, double select_next_event) {
+        light<double> l;
+        l.kind = light_kind::environment;
+        l.emission = zenith, l.horizon = horizon, l.sun = sun;
+        l.normal = normalize(towards_sun);
+        l.sun_exponent = exponent;
+        l.lobe_share_emission = 0.5;
+        l.lobe_share_next_event = 0.7;
+        l.select_emission = select_emission;
+        l.select_next_event = select_next_event;
+        s.environment = static_cast<int>(s.lights.size());
+        s.lights.push_back(l);
+    }
+    void look(const dvec3& position, const dvec3& at, double half_extent, double lens_radius = 0,
+              double focus_distance = 1) {
+        camera<double>& c = s.camera;
+        c.position = position;
+        c.forward = normalize(at - position);
+        c.right = normalize(cross(c.forward, dvec3(0, 1, 0)));
+        c.up = cross(c.right, c.forward);
+        c.half_extent = half_extent;
+        c.lens_radius = lens_radius;
+        c.focus_distance = focus_distance;
+    }
+};
+
+// ---- The Cornell box, by its published coordinates ----
+
+struct box_paints {
+    int white, red, green;
+};
+
+box_paints cornell_walls(builder& b) {
+    const box_paints paint{b.diffuse(in_bands(white_paint)), b.diffuse(in_bands(red_paint)),
+                           b.diffuse(in_bands(green_paint))};
+    b.begin_cluster();
+    b.quad({552.8, 0, 0}, {0, 0, 0}, {0, 0, 559.2}, {549.6, 0, 559.2}, paint.white);                       // floor
+    b.quad({549.6, 0, 559.2}, {0, 0, 559.2}, {0, 548.8, 559.2}, {556, 548.8, 559.2}, paint.white);         // back
+    b.quad({0, 0, 559.2}, {0, 0, 0}, {0, 548.8, 0}, {0, 548.8, 559.2}, paint.green);                       // right
+    b.quad({552.8, 0, 0}, {549.6, 0, 559.2}, {556, 548.8, 559.2}, {556, 548.8, 0}, paint.red);             // left
+    // The ceiling, around the hole in which the light hangs.
+    b.quad({556, 548.8, 0}, {556, 548.8, 227}, {0, 548.8, 227}, {0, 548.8, 0}, paint.white);
+    b.quad({556, 548.8, 332}, {556, 548.8, 559.2}, {0, 548.8, 559.2}, {0, 548.8, 332}, paint.white);
+    b.quad({556, 548.8, 227}, {556, 548.8, 332}, {343, 548.8, 332}, {343, 548.8, 227}, paint.white);
+    b.quad({213, 548.8, 227}, {213, 548.8, 332}, {0, 548.8, 332}, {0, 548.8, 227}, paint.white);
+    b.look({278, 273, -800}, {278, 273, 0}, 0.0125 / 0.035);
+    b.s.center = {278, 274, 279.6};
+    b.s.radius = 485;
+    b.s.exposure = 0.9;
+    return paint;
+}
+void ceiling_light(builder& b, double select_emission = 1, double select_next_event = 1) {
+    b.area_light({343, 548.8, 227}, {343, 548.8, 332}, {213, 548.8, 227}, cornell_light, select_emission,
+                 select_next_event);
+}
+void short_block(builder& b, int material) {
+    b.quad({130, 165, 65}, {82, 165, 225}, {240, 165, 272}, {290, 165, 114}, material);
+    b.quad({290, 0, 114}, {290, 165, 114}, {240, 165, 272}, {240, 0, 272}, material);
+    b.quad({130, 0, 65}, {130, 165, 65}, {290, 165, 114}, {290, 0, 114}, material);
+    b.quad({82, 0, 225}, {82, 165, 225}, {130, 165, 65}, {130, 0, 65}, material);
+    b.quad({240, 0, 272}, {240, 165, 272}, {82, 165, 225}, {82, 0, 225}, material);
+}
+void tall_block(builder& b, int material) {
+    b.quad({423, 330, 247}, {265, 330, 296}, {314, 330, 456}, {472, 330, 406}, material);
+    b.quad({423, 0, 247}, {423, 330, 247}, {472, 330, 406}, {472, 0, 406}, material);
+    b.quad({472, 0, 406}, {472, 330, 406}, {314, 330, 456}, {314, 0, 456}, material);
+    b.quad({314, 0, 456}, {314, 330, 456}, {265, 330, 296}, {265, 0, 296}, material);
+    b.quad({265, 0, 296}, {265, 330, 296}, {423, 330, 247}, {423, 0, 247}, material);
+}
+
+void cornell(builder& b) {
+    const auto paint = cornell_walls(b);
+    ceiling_light(b);
+    short_block(b, paint.white);
+    tall_block(b, paint.white);
+}
+
+void spheres(builder& b) {
+    cornell_walls(b);
+    ceiling_light(b);
+    b.ball({390, 100, 370}, 100, b.mirror(0.9));
+    b.ball({180, 100, 180}, 100, b.glass(1.5));
+}
+
+void glossy(builder& b) {
+    cornell_walls(b);
+    ceiling_light(b);
+    const int metal = b.glossy(dvec3(0.05), dvec3(0.75, 0.7, 0.6), 40);
+    const int plastic = b.glossy(dvec3(0.2, 0.3, 0.5), dvec3(0.3), 15);
+    short_block(b, plastic);
+    tall_block(b, metal);
+}
+
+// A coarse sphere of 80 triangles whose shading normals are those of the fine one: 15 degrees apart in places.
+void smooth_ball(builder& b, const dvec3& center, double radius, int material) {
+    const double g = (1 + std::sqrt(5.0)) / 2;
+    const std::array<dvec3, 12> corner{dvec3(-1, g, 0), dvec3(1, g, 0),  dvec3(-1, -g, 0), dvec3(1, -g, 0),
+                                       dvec3(0, -1, g), dvec3(0, 1, g),  dvec3(0, -1, -g), dvec3(0, 1, -g),
+                                       dvec3(g, 0, -1), dvec3(g, 0, 1), dvec3(-g, 0, -1), dvec3(-g, 0, 1)};
+    constexpr std::size_t faces[20][3] = {{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
+                                          {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
+                                          {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
+                                          {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
+    b.begin_cluster();
+    b.s.clusters.back().center = center;
+    b.s.clusters.back().radius = radius * 1.001;
+    const auto add = [&](const dvec3& p, const dvec3& q, const dvec3& r) {
+        b.triangle_with(center + radius * p, center + radius * q, center + radius * r, material, -1, p, q, r);
+    };
+    for (const auto& face : faces) {
+        const dvec3 p = normalize(corner[face[0]]), q = normalize(corner[face[1]]), r = normalize(corner[face[2]]);
+        const dvec3 pq = normalize(p + q), qr = normalize(q + r), rp = normalize(r + p);
+        add(p, pq, rp);
+        add(pq, q, qr);
+        add(rp, qr, r);
+        add(pq, qr, rp);
+    }
+}
+
+void smooth(builder& b) {
+    const auto paint = cornell_walls(b);
+    ceiling_light(b);
+    smooth_ball(b, {380, 120, 370}, 120, paint.white);
+    smooth_ball(b, {180, 110, 180}, 110, b.glossy(dvec3(0.4, 0.25, 0.1), dvec3(0.3), 12));
+}
+
+void environment(builder& b) {
+    const int ground = b.diffuse({0.5, 0.45, 0.4});
+    b.begin_cluster();
+    b.quad({-6, 0, -6}, {-6, 0, 6}, {6, 0, 6}, {6, 0, -6}, ground);
+    b.ball({-1.1, 1, 0.6}, 1, b.mirror(0.9));
+    b.ball({1.2, 0.8, -0.6}, 0.8, b.glass(1.5));
+    b.ball({0.2, 0.5, -1.6}, 0.5, b.diffuse({0.7, 0.25, 0.2}));
+    b.environment({0.35, 0.55, 0.9}, {0.6, 0.55, 0.5}, {6, 5, 3.5}, {-0.5, 0.6, -0.4}, 60, 1, 1);
+    b.look({0, 2.2, -7}, {0, 0.7, 0}, 0.45);
+    b.s.center = {0, 0.5, 0};
+    b.s.radius = 9;
+    b.s.exposure = 0.8;
+}
+
+void point(builder& b) {
+    const auto paint = cornell_walls(b);
+    b.quad({343, 548.8, 227}, {343, 548.8, 332}, {213, 548.8, 332}, {213, 548.8, 227}, paint.white); // no hole
+    short_block(b, b.glossy(dvec3(0.3, 0.3, 0.4), dvec3(0.4), 20));
+    b.ball({380, 110, 360}, 110, b.mirror(0.9));
+    b.point_light({278, 430, 220}, 60000.0 * cornell_light / 17.0, 1, 1);
+}
+
+void lens(builder& b) {
+    const auto paint = cornell_walls(b);
+    ceiling_light(b, 0.5, 0.25);
+    short_block(b, b.glossy(dvec3(0.2, 0.25, 0.3), dvec3(0.4), 25));
+    tall_block(b, paint.white);
+    b.ball({440, 70, 130}, 70, b.mirror(0.9));
+    b.point_light({100, 400, 300}, {9000, 12000, 20000}, 0.2, 0.45);
+    b.environment({0.3, 0.4, 0.6}, {0.3, 0.3, 0.3}, {3, 2, 1}, {0.3, 0.5, -1}, 30, 0.3, 0.3);
+    b.look({278, 273, -800}, {278, 273, 0}, 0.0125 / 0.035, 25, 930);
+}
+
+const std::map<std::string, void (*)(builder&)>& builders() {
+    static const std::map<std::string, void (*)(builder&)> all{
+        {"cornell", cornell}, {"spheres", spheres}, {"glossy", glossy}, {"smooth", smooth},
+        {"environment", environment}, {"point", point}, {"lens", lens}};
+    return all;
+}
+
+template <class Real> scene<Real> cast_to(const scene<double>& d) {
+    using v = vec3<Real>;
+    const auto r = [](double x) { return static_cast<Real>(x); };
+    scene<Real> s;
+    s.name = d.name;
+    for (const auto& m : d.materials)
+        s.materials.push_back({m.kind, v(m.diffuse), v(m.specular), r(m.exponent), r(m.eta), r(m.survival)});
+    for (const auto& t : d.triangles)
+        s.triangles.push_back({v(t.a), v(t.ab), v(t.ac), v(t.normal),
+                               {v(t.shading_normals[0]), v(t.shading_normals[1]), v(t.shading_normals[2])},
+                               t.material, t.light});
+    for (const auto& c : d.clusters) {
+        const bool unbounded = c.radius == std::numeric_limits<double>::max();
+        s.clusters.push_back({v(c.center), unbounded ? std::numeric_limits<Real>::max() : r(c.radius), c.first, c.count});
+    }
+    for (const auto& b : d.spheres)
+        s.spheres.push_back({v(b.center), r(b.radius), b.material});
+    for (const auto& l : d.lights)
+        s.lights.push_back({l.kind, r(l.select_emission), r(l.select_next_event), v(l.emission), v(l.origin),
+                            v(l.edge_u), v(l.edge_v), v(l.normal), r(l.area), v(l.horizon), v(l.sun),
+                            r(l.sun_exponent), r(l.lobe_share_emission), r(l.lobe_share_next_event)});
+    s.environment = d.environment;
+    const auto& c = d.camera;
+    s.camera = {v(c.position), v(c.forward), v(c.right), v(c.up), r(c.half_extent), r(c.lens_radius), r(c.focus_distance)};
+    s.center = v(d.center);
+    s.radius = r(d.radius);
+    s.exposure = r(d.exposure);
+    return s;
+}
+
+} // namespace
+
+const std::vector<std::string>& scene_names() {
+    static const std::vector<std::string> names{"cornell", "spheres", "glossy", "smooth", "environment", "point", "lens"};
+    return names;
+}
+
+template <class Real> scene<Real> make_scene(const std::string& name) {
+    const auto found = builders().find(name);
+    if (found == builders().end())
+        throw std::runtime_error("unknown scene '" + name + "'");
+    builder b;
+    b.s.name = name;
+    b.diffuse(dvec3(0)); // material 0, of lights
+    found->second(b);
+    return cast_to<Real>(b.s);
+}
+
+template scene<float> make_scene(const std::string&);
+template scene<double> make_scene(const std::string&);
+
+} // namespace bpt

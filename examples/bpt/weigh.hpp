@@ -1,0 +1,232 @@
+// Every weight three ways: by the two-number recursion while rendering, by the complete path's densities, and by the
+// throughputs that each technique would have had. The renderer uses the first and checks it against the others.
+#pragma once
+
+#include "connect.hpp"
+
+namespace bpt {
+
+// A heuristic chosen at run time. The library's own are types, so that nothing is decided in inner loops; a renderer
+// with one heuristic needs nothing of this.
+enum class heuristic_kind { average, balance, power, cutoff, maximum };
+
+struct any_heuristic {
+    heuristic_kind kind = heuristic_kind::balance;
+    double parameter = 2; // beta of power, alpha of cutoff
+
+    template <class Visit> auto visit(Visit&& visit) const {
+        switch (kind) {
+        case heuristic_kind::average: return visit(mis::average);
+        case heuristic_kind::power: return visit(mis::power_heuristic{parameter});
+        case heuristic_kind::maximum: return visit(mis::maximum);
+        default: return visit(mis::balance); // cutoff weighs complete paths only: see weight_of
+        }
+    }
+    template <class T> T share(T q, T largest) const {
+        if (kind == heuristic_kind::cutoff)
+            return mis::cutoff_heuristic{parameter}.share(q, largest);
+        return visit([&](const auto& h) { return h.share(q, largest); });
+    }
+    template <class T> T raise(T x) const {
+        return visit([&](const auto& h) { return h.raise(x); });
+    }
+    template <class T> T join(T x, T y) const {
+        return visit([&](const auto& h) { return h.join(x, y); });
+    }
+    template <class T> T against(T own, T others) const {
+        return visit([&](const auto& h) { return h.against(own, others); });
+    }
+};
+
+template <class Real> using weights = mis::path_weights<any_heuristic, Real>;
+
+// The path's records in double.
+template <class Real> void records_of(const complete_path<Real>& path, mis::measured_vertex<double>* out) {
+    for (int i = 0; i < path.size; ++i) {
+        const mis::measured_vertex<Real>& r = path.vertices[i].record;
+        out[i] = {r.kind, r.dirac, double(r.pdf_to_light), double(r.pdf_to_camera), double(r.pdf_position),
+                  double(r.pdf_next_event), 1, 1, double(r.cos_to_camera), double(r.cos_to_light),
+                  double(r.distance2_to_light)};
+    }
+}
+
+inline mis::technique_counts<double> in_double(const mis::technique_counts<double>& c) { return c; }
+inline mis::technique_counts<double> in_double(const mis::technique_counts<float>& c) {
+    return {c.light_hit, c.next_event, c.connection, c.camera_connection, c.direct, c.camera_hit, c.merge};
+}
+
+// ---- The throughputs of all techniques, each from walking the path anew ----
+
+template <class Real> Real sum(const color<Real>& c) { return c.x + c.y + c.z; }
+
+// What a walk multiplies at vertex i of the path, on its way from x_{i-step} to x_{i+step}.
+template <class Real>
+color<Real> walk_factor(const vertex<Real>* path, int i, walk_kind kind) {
+    const int step = kind == walk_kind::from_camera ? 1 : -1;
+    vertex<Real> x = path[i];
+    x.towards_previous = direction(x, path[i - step]);
+    const vec3<Real> to = direction(x, path[i + step]);
+    if (!is_dirac(*x.material))
+        return scattered(x, to, kind) / density(*x.material, x.point, x.towards_previous, to);
+    const bool reflects = dot(x.point.normal, x.towards_previous) * dot(x.point.normal, to) > Real(0);
+    const dirac_lobe<Real> lobe = dirac_scatter(*x.material, x.point, x.towards_previous, reflects);
+    return lobe.value * (radiance_scale(lobe, kind) / lobe.probability);
+}
+
+// S of every technique of a path (places as in mis::technique_at), for counts of 1; infinite where a technique
+// cannot make it. Nothing here looks at the densities in the path's records.
+template <class Real>
+void throughputs_of(const scene<Real>& scene, int width, const vertex<Real>* path, int n, Real* out) {
+    constexpr Real impossible = std::numeric_limits<Real>::infinity();
+    const int last = n - 1;
+    const auto joinable = [&](int i) { return i == 0 || i == last || !scatters_dirac(path[i]); };
+    std::fill(out, out + mis::technique_count(n), impossible);
+
+    vertex<Real> lens = path[0], light = path[last];
+    const vec3<Real> leaving_lens = direction(lens, path[1]), leaving_light = direction(light, path[last - 1]);
+    aim(scene.camera, lens, leaving_lens, width);
+    light = light_vertex(scene, light.point.light, light.point.position, light.point.normal);
+    const color<Real> emitted = emit(scene, light, leaving_light);
+    const Real cos_light = light.record.cos_to_camera;
+    const Real response = lens.record.pdf_to_light; // W |cos| over the density of the lens point
+
+    color<Real> from_camera[longest_path], from_light[longest_path]; // throughputs at the arrival at x_i
+    from_camera[1] = color<Real>(response / lens.record.pdf_to_light);
+    for (int i = 2; i < n; ++i)
+        from_camera[i] = from_camera[i - 1] * walk_factor(path, i - 1, walk_kind::from_camera);
+    from_light[last - 1] = emitted * (cos_light / (light.record.pdf_position * light.record.pdf_to_camera));
+    for (int i = last - 2; i > 0; --i)
+        from_light[i] = from_light[i + 1] * walk_factor(path, i + 1, walk_kind::from_light);
+
+    const auto towards = [&](int i, int j, walk_kind kind) {
+        vertex<Real> x = path[i];
+        x.towards_previous = direction(x, path[kind == walk_kind::from_camera ? i - 1 : i + 1]);
+        return scattered(x, direction(x, path[j]), kind);
+    };
+    for (int s = 1; s <= n; ++s) {
+        color<Real> throughput;
+        if (s < n && !(joinable(s - 1) && joinable(s)))
+            continue;
+        const Real distance2 = s < n ? squared_distance(path[s - 1], path[s]) : Real(1);
+        if (s == n)
+            throughput = from_camera[last] * emitted;
+        else if (n == 2)
+            throughput = emitted * (cos_light * response / (light.record.pdf_position * distance2));
+        else if (s == 1)
+            throughput = from_light[1] * towards(1, 0, walk_kind::from_light) * (response / distance2);
+        else if (s == last)
+            throughput = from_camera[s - 1] * towards(s - 1, s, walk_kind::from_camera) * emitted *
+                         (cos_light / (light.record.pdf_next_event * distance2));
+        else
+            throughput = from_camera[s - 1] * towards(s - 1, s, walk_kind::from_camera) *
+                         towards(s, s - 1, walk_kind::from_light) * from_light[s] / distance2;
+        if (s < n || !light.record.dirac)
+            out[s] = sum(throughput);
+    }
+}
+
+// ---- The comparison ----
+
+struct deviation {
+    double largest = 0;
+    std::int64_t compared = 0, above_1e_5 = 0;
+
+    void add(double a, double b) {
+        const double apart = a == b ? 0 : std::abs(a - b) / std::max(a, b);
+        largest = std::max(largest, apart);
+        above_1e_5 += apart > 1e-5;
+        ++compared;
+    }
+    void add(const deviation& other) {
+        largest = std::max(largest, other.largest);
+        compared += other.compared;
+        above_1e_5 += other.above_1e_5;
+    }
+};
+
+// Greatest deviations of the weights of all paths seen.
+struct weight_checks {
+    deviation recursion;     // of the recursion from the multiplied densities, relative
+    deviation throughput;    // of the throughput form from the multiplied densities, relative
+    double sum = 0;          // |sum of all weights of a path - 1|: densities
+    double recursion_sum = 0; // the same, all by the recursion: every 16th path
+    std::int64_t paths = 0, ties = 0; // maximum: paths whose weight hangs on rounding
+    int shortest = longest_path, longest = 0;
+
+    void add(const weight_checks& other) {
+        recursion.add(other.recursion);
+        throughput.add(other.throughput);
+        sum = std::max(sum, other.sum);
+        recursion_sum = std::max(recursion_sum, other.recursion_sum);
+        paths += other.paths;
+        ties += other.ties;
+        shortest = std::min(shortest, other.shortest);
+        longest = std::max(longest, other.longest);
+    }
+};
+
+// True where two techniques are so close to the largest density that rounding decides which is the maximum, or so
+// close to the cutoff that rounding decides which is kept.
+inline bool hangs_on_rounding(const any_heuristic& h, const double* densities, int count, double tolerance) {
+    if (h.kind != heuristic_kind::maximum && h.kind != heuristic_kind::cutoff)
+        return false;
+    const double edge = h.kind == heuristic_kind::maximum ? 1 : h.parameter;
+    int close = h.kind == heuristic_kind::maximum ? -1 : 0;
+    for (int k = 0; k < count; ++k)
+        close += std::abs(densities[k] - edge) < tolerance * edge;
+    return close > 0;
+}
+
+// Compares one weight with the other two forms.
+template <class Real>
+void check_weight(const scene<Real>& scene, const weights<Real>& weigh, double mean_light_vertices, int width,
+                  const complete_path<Real>& path, mis::technique technique, Real weight, weight_checks& checks) {
+    constexpr int most = mis::technique_count(longest_path);
+    const int n = path.size, count = mis::technique_count(n), index = mis::technique_index(n, technique);
+    mis::measured_vertex<double> records[longest_path];
+    records_of(path, records);
+    ++checks.paths;
+    checks.shortest = std::min(checks.shortest, n);
+    checks.longest = std::max(checks.longest, n);
+
+    double densities[most], by_density[most];
+    mis::relative_densities(in_double(weigh.counts), records, n, densities);
+    mis::weights(weigh.heuristic, densities, count, by_density);
+    double total = -1;
+    for (int k = 0; k < count; ++k)
+        total += by_density[k];
+    checks.sum = std::max(checks.sum, std::abs(total));
+
+    if (hangs_on_rounding(weigh.heuristic, densities, count, sizeof(Real) == 4 ? 1e-3 : 1e-9)) {
+        ++checks.ties;
+        return;
+    }
+    checks.recursion.add(static_cast<double>(weight), by_density[index]);
+
+    // The throughput form knows counts as they are, and a random connection as a factor of its throughput.
+    Real throughputs[most], by_throughput[most], counts[most];
+    throughputs_of(scene, width, path.vertices, n, throughputs);
+    for (int k = 0; k < count; ++k) {
+        const mis::technique t = mis::technique_at(n, k);
+        const bool picked = t.kind == mis::technique_kind::connection && mean_light_vertices > 0;
+        counts[k] = mis::count_of(weigh.counts, n, t) * (picked ? static_cast<Real>(mean_light_vertices) : Real(1));
+        throughputs[k] *= picked ? static_cast<Real>(mean_light_vertices) : Real(1);
+    }
+    mis::densities_from_throughputs(counts, throughputs, count, by_throughput);
+    mis::weights(weigh.heuristic, by_throughput, count, by_throughput);
+    checks.throughput.add(static_cast<double>(by_throughput[index]), by_density[index]);
+
+    if (checks.paths % 16 != 0 || weigh.heuristic.kind == heuristic_kind::cutoff)
+        return;
+    mis::measured_vertex<Real> own_records[longest_path];
+    for (int i = 0; i < n; ++i)
+        own_records[i] = path.vertices[i].record;
+    Real by_recursion = 0;
+    for (int k = 0; k < count; ++k)
+        if (densities[k] > 0)
+            by_recursion += mis::weight_in_subpaths(weigh.heuristic, weigh.counts, own_records, n,
+                                                    mis::technique_at(n, k));
+    checks.recursion_sum = std::max(checks.recursion_sum, std::abs(static_cast<double>(by_recursion) - 1));
+}
+
+} // namespace bpt
