@@ -14,9 +14,7 @@ template <class Real> struct contribution {
     int vertices = 0;
     int pixel = 0;
     color<Real> value{0};
-    Real weight = 0; // filled in, as all below, by who receives it
-    bool light_can_be_hit = true; // by a camera walk
-    bool camera_can_be_joined = true, light_can_be_joined = true; // no Dirac scatterer beside this end
+    Real weight = 0; // filled in by who receives it
 };
 
 template <class Real>

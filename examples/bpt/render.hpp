@@ -73,21 +73,15 @@ template <class Real> struct renderer {
         return mis::weight(set.heuristic, weigh.counts, records, path.size, c.technique);
     }
 
-    void render_row(int pass, int row, row_result<Real>& result) const {
+    // Makes all paths of one row of one pass; sink(contribution, path) is given each with its weight.
+    template <class Sink> void render_row(int pass, int row, Sink&& sink) const {
         sample_pair<Real, weights<Real>> pair{scene, weigh, set.width, 0, set.longest, {}, {}, {}};
         const auto& counts = weigh.counts;
         const bool from_light = counts.connection + counts.camera_connection + counts.direct > Real(0);
         const bool from_camera = counts.light_hit + counts.next_event + counts.connection > Real(0);
-        const auto sink = [&](contribution<Real> c, const complete_path<Real>& path, const auto& weight) {
+        const auto weigh_first = [&](contribution<Real> c, const complete_path<Real>& path, const auto& weight) {
             c.weight = weight_of(c, path, weight);
-            c.light_can_be_hit = !path.vertices[path.size - 1].record.dirac;
-            c.camera_can_be_joined = !scatters_dirac(path.vertices[1]);
-            c.light_can_be_joined = !scatters_dirac(path.vertices[path.size - 2]);
-            result.contributions.push_back(c);
-            if (set.check_weights)
-                check_weight(scene, weigh, mean_light_vertices, set.width, path, c.technique, c.weight, result.checks);
-            if (static_cast<int>(result.dump.size()) < set.dump_paths)
-                result.dump.push_back(to_json_line(scene, weigh, c, path));
+            sink(c, path);
         };
         for (int column = 0; column < set.width; ++column) {
             pair.pixel = row * set.width + column;
@@ -100,32 +94,47 @@ template <class Real> struct renderer {
                 walk_from_camera(scene, weigh, set.width, x * to_film - 1, 1 - y * to_film, set.longest, pair.camera, rng);
             if (from_light)
                 walk_from_light(scene, weigh, set.longest - 1, pair.light, rng);
-            connect_all(pair, set.random_connection, rng, sink);
+            connect_all(pair, set.random_connection, rng, weigh_first);
         }
     }
 
-    // Renders one pass on all threads.
-    pass_result<Real> render_pass(int pass) const {
-        pass_result<Real> result{pass, std::vector<row_result<Real>>(static_cast<std::size_t>(set.width))};
-        std::atomic<int> next_row{0};
-        std::vector<std::thread> threads;
-        for (int i = 0; i < std::max(1, set.threads); ++i)
-            threads.emplace_back([&] {
-                for (int row; (row = next_row++) < set.width;)
-                    render_row(pass, row, result.rows[static_cast<std::size_t>(row)]);
-            });
-        for (auto& thread : threads)
-            thread.join();
+    // Keeps all contributions of a row, compares their weights, writes some of them down.
+    row_result<Real> keep_row(int pass, int row) const {
+        row_result<Real> result;
+        render_row(pass, row, [&](const contribution<Real>& c, const complete_path<Real>& path) {
+            result.contributions.push_back(c);
+            if (set.check_weights)
+                check_weight(scene, weigh, mean_light_vertices, set.width, path, c.technique, c.weight, result.checks);
+            if (static_cast<int>(result.dump.size()) < set.dump_paths)
+                result.dump.push_back(to_json_line(scene, weigh, c, path));
+        });
         return result;
     }
 };
+
+// Calls f(i) for 0 <= i < count on several threads.
+template <class F> void in_parallel(int threads, int count, F&& f) {
+    std::atomic<int> next{0};
+    std::vector<std::thread> pool;
+    for (int i = 0; i < std::max(1, threads); ++i)
+        pool.emplace_back([&] {
+            for (int k; (k = next++) < count;)
+                f(k);
+        });
+    for (auto& thread : pool)
+        thread.join();
+}
 
 // Renders all passes; `on_pass` is given each in turn.
 template <class Real, class OnPass>
 void render(const scene<Real>& scene, const settings<Real>& settings, OnPass&& on_pass) {
     const renderer<Real> renderer(scene, settings);
-    for (int pass = 0; pass < settings.passes; ++pass)
-        on_pass(renderer.render_pass(pass));
+    for (int pass = 0; pass < settings.passes; ++pass) {
+        pass_result<Real> result{pass, std::vector<row_result<Real>>(static_cast<std::size_t>(settings.width))};
+        in_parallel(settings.threads, settings.width,
+                    [&](int row) { result.rows[static_cast<std::size_t>(row)] = renderer.keep_row(pass, row); });
+        on_pass(result);
+    }
 }
 
 } // namespace bpt

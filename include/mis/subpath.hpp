@@ -84,10 +84,10 @@ template <class Heuristic, class T> struct path_weights {
 
     // A walk leaves its end point.
     MIS_HOST_DEVICE constexpr subpath_state<T> start_camera(const end_point<T>& camera) const {
-        return start(camera, counts.camera_hit, counts.camera_connection);
+        return start(camera, raised.camera_hit, raised.camera_connection);
     }
     MIS_HOST_DEVICE constexpr subpath_state<T> start_light(const end_point<T>& light) const {
-        return start(light, counts.light_hit, counts.next_event);
+        return start(light, raised.light_hit, raised.next_event);
     }
 
     // The walk reaches a vertex, over `distance2`, at |cos| = cos_in. In media, the densities of the distance: of
@@ -145,14 +145,14 @@ template <class Heuristic, class T> struct path_weights {
     // Weight of joining the camera walk's end to a sampled light point.
     MIS_HOST_DEVICE constexpr T next_event(const subpath_end<T>& camera, const end_point<T>& light, T distance2,
                                            T pdf_distance_to_light = T(1), T pdf_distance_to_camera = T(1)) const {
-        return join_end(camera, light, raised.next_event, counts.light_hit, distance2, pdf_distance_to_light,
+        return join_end(camera, light, raised.next_event, raised.light_hit, distance2, pdf_distance_to_light,
                         pdf_distance_to_camera);
     }
     // Weight of joining the light walk's end to the camera.
     MIS_HOST_DEVICE constexpr T camera_connection(const end_point<T>& camera, const subpath_end<T>& light,
                                                   T distance2, T pdf_distance_to_light = T(1),
                                                   T pdf_distance_to_camera = T(1)) const {
-        return join_end(light, camera, raised.camera_connection, counts.camera_hit, distance2,
+        return join_end(light, camera, raised.camera_connection, raised.camera_hit, distance2,
                         pdf_distance_to_camera, pdf_distance_to_light);
     }
 
@@ -173,8 +173,8 @@ template <class Heuristic, class T> struct path_weights {
     MIS_HOST_DEVICE constexpr T direct(const end_point<T>& camera, const end_point<T>& light, T distance2) const {
         const T light_from_camera = camera.pdf_direction * light.cos / distance2;
         const T camera_from_light = light.pdf_direction * camera.cos / distance2;
-        const T hit_light = heuristic.raise(counts.light_hit * light_from_camera / light.pdf_position);
-        const T hit_camera = heuristic.raise(counts.camera_hit * camera_from_light / camera.pdf_position);
+        const T hit_light = raised.light_hit * heuristic.raise(light_from_camera / light.pdf_position);
+        const T hit_camera = raised.camera_hit * heuristic.raise(camera_from_light / camera.pdf_position);
         return heuristic.against(raised.direct,
                                  heuristic.join(detail::select(light.hittable, hit_light, T(0)),
                                                 detail::select(camera.hittable, hit_camera, T(0))));
@@ -212,19 +212,20 @@ template <class Heuristic, class T> struct path_weights {
         const T inverse = T(1) / forward;
         return {heuristic.raise(inverse), detail::saturate(heuristic.raise(cos_out * inverse) * total_here)};
     }
-    MIS_HOST_DEVICE constexpr subpath_state<T> start(const end_point<T>& end, T hit_count, T join_count) const {
-        const T hit = heuristic.raise(hit_count / end.pdf_position);
-        const T join = heuristic.raise(join_count * end.pdf_next_event / end.pdf_position);
-        const subpath_state<T> x = leave(detail::select(end.hittable, hit, T(0)), end.cos, end.pdf_direction);
+    MIS_HOST_DEVICE constexpr subpath_state<T> start(const end_point<T>& end, T hit_term, T join_term) const {
+        const T inverse = T(1) / end.pdf_position;
+        const T hit = detail::select(end.hittable, detail::saturate(hit_term * heuristic.raise(inverse)), T(0));
+        const T join = detail::saturate(join_term * heuristic.raise(end.pdf_next_event * inverse));
+        const subpath_state<T> x = leave(hit, end.cos, end.pdf_direction);
         return {-detail::saturate(x.a * join), x.b};
     }
     MIS_HOST_DEVICE constexpr T join_end(const subpath_end<T>& walk, const end_point<T>& end, T join_term,
-                                         T hit_count, T distance2, T pdf_distance_to_end,
+                                         T hit_term, T distance2, T pdf_distance_to_end,
                                          T pdf_distance_to_walk) const {
         const T inverse = T(1) / (distance2 * end.pdf_next_event);
         const T walk_from_end = end.pdf_position * end.pdf_direction * pdf_distance_to_walk * walk.cos * inverse;
         const T end_from_walk = walk.pdf_across * pdf_distance_to_end * end.cos * inverse;
-        const T hit = heuristic.raise(hit_count * end_from_walk);
+        const T hit = hit_term * heuristic.raise(end_from_walk);
         const T earlier = heuristic.raise(walk_from_end) * total(walk);
         return heuristic.against(join_term, heuristic.join(earlier, detail::select(end.hittable, hit, T(0))));
     }
