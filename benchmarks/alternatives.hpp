@@ -29,16 +29,16 @@ struct three_number_weights {
                 ratio * (d.vm * reverse + d.vcm * inverse_eta + 1)};
     }
     // The four densities: of each end from the other per area, and at each end back along its walk.
-    float connection(three_numbers camera, three_numbers light, float camera_from_light, float light_from_camera,
-                     float camera_back, float light_back) const {
+    float connection(three_numbers camera, three_numbers light, float camera_from_light,
+                     float light_from_camera, float camera_back, float light_back) const {
         const float w_camera = camera_from_light * (eta + camera.vcm + camera.vc * camera_back);
         const float w_light = light_from_camera * (eta + light.vcm + light.vc * light_back);
         return 1 / (w_light + 1 + w_camera);
     }
 };
 
-// A loop over all vertices for each weight, with both area densities stored at every vertex: Veach's thesis, section
-// 10.2.1, equation 10.9, as Physically Based Rendering's bidirectional integrator has it.
+// A loop over all vertices for each weight, with both area densities stored at every vertex: Veach's thesis,
+// section 10.2.1, equation 10.9, as Physically Based Rendering's bidirectional integrator has it.
 struct loop_vertex {
     float forward, reverse;
     bool dirac;

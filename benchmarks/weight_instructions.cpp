@@ -32,19 +32,21 @@ const std::vector<alternatives::loop_vertex> loop_walk = [] {
     return w;
 }();
 
-template <class Weights> mis::subpath_state<float> update(const Weights& weigh, const inputs::edge& e,
-                                                          mis::subpath_state<float> x) {
+template <class Weights>
+mis::subpath_state<float> update(const Weights& weigh, const inputs::edge& e, mis::subpath_state<float> x) {
     x = weigh.arrive(x, e.distance2, e.cos_in);
     return weigh.scatter(x, e.cos_out, mis::per_solid_angle{e.forward}, mis::per_solid_angle{e.reverse});
 }
 template <class Weights> float connect(const Weights& weigh, const inputs::edge& e) {
     const mis::subpath_state<float> x{e.reverse, e.forward};
-    return weigh.connection({x, e.cos_in, e.forward, e.reverse}, {x, e.cos_out, e.reverse, e.forward}, e.distance2);
+    return weigh.connection({x, e.cos_in, e.forward, e.reverse}, {x, e.cos_out, e.reverse, e.forward},
+                            e.distance2);
 }
 
 } // namespace
 
-// One function per alternative: the names that callgrind collects. Each returns a sum, so that nothing is removed.
+// One function per alternative: the names that callgrind collects. Each returns a sum, so that nothing is
+// removed.
 extern "C" {
 
 [[gnu::noinline]] float measure_power() {
@@ -94,8 +96,8 @@ extern "C" {
     for (const inputs::edge& e : edges) {
         const alternatives::three_numbers x{e.reverse, e.forward, e.cos_in};
         const float inverse = 1 / e.distance2;
-        sum += three.connection(x, x, e.reverse * e.cos_in * inverse, e.forward * e.cos_out * inverse, e.reverse,
-                                e.forward);
+        sum += three.connection(x, x, e.reverse * e.cos_in * inverse, e.forward * e.cos_out * inverse,
+                                e.reverse, e.forward);
     }
     return sum;
 }

@@ -1,4 +1,5 @@
-// Times of one weight beside alternatives written from the literature, in one run: compare the rows, not the numbers.
+// Times of one weight beside alternatives written from the literature, in one run: compare the rows, not the
+// numbers.
 #include "inputs.hpp"
 #include <benchmark/benchmark.h>
 
@@ -40,8 +41,8 @@ template <class Weights> void vertex_two_numbers(benchmark::State& state, const 
     for (auto _ : state)
         for (const inputs::edge& e : edges) {
             const auto x = weigh.arrive({e.forward, e.reverse}, e.distance2, e.cos_in);
-            benchmark::DoNotOptimize(
-                weigh.scatter(x, e.cos_out, mis::per_solid_angle{e.forward}, mis::per_solid_angle{e.reverse}));
+            benchmark::DoNotOptimize(weigh.scatter(x, e.cos_out, mis::per_solid_angle{e.forward},
+                                                   mis::per_solid_angle{e.reverse}));
         }
     state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(edges.size()));
 }

@@ -1,4 +1,5 @@
-// The reference renderer: all techniques, heuristics and modes estimate the same light, for every scene and path length.
+// The reference renderer: all techniques, heuristics and modes estimate the same light, for every scene and
+// path length.
 #include <array>
 #include <doctest/doctest.h>
 #include <nlohmann/json.hpp>
@@ -17,9 +18,9 @@ int block_of(int pixel) {
     return pixel / width * blocks_across / width * blocks_across + pixel % width * blocks_across / width;
 }
 
-// The light of one block of the image and one path length: a sum per batch of passes; and the second moment of one
-// pass, as the *reference* render predicts it. Of a path tracer that should hit a small light once in a million
-// walks, but has not, the sample's own variance says nothing.
+// The light of one block of the image and one path length: a sum per batch of passes; and the second moment
+// of one pass, as the *reference* render predicts it. Of a path tracer that should hit a small light once in
+// a million walks, but has not, the sample's own variance says nothing.
 struct cell {
     std::array<double, batches> sum{};
     double second_moment = 0;
@@ -35,8 +36,8 @@ struct cell {
             total += x;
         return total / batches;
     }
-    // The larger of the predicted variance, which knows rare paths, and the batches' own, which knows that the
-    // contributions of one pair of walks depend on each other.
+    // The larger of the predicted variance, which knows rare paths, and the batches' own, which knows that
+    // the contributions of one pair of walks depend on each other.
     double variance_of_mean(int passes) const {
         double squares = 0;
         for (const double x : sum)
@@ -52,8 +53,8 @@ void add(measurement& to, const measurement& from) {
             to[n][block].add(from[n][block]);
 }
 
-settings<real> settings_for(const mis::technique_counts<real>& counts, any_heuristic heuristic, std::uint64_t seed,
-                            int passes_per_batch) {
+settings<real> settings_for(const mis::technique_counts<real>& counts, any_heuristic heuristic,
+                            std::uint64_t seed, int passes_per_batch) {
     settings<real> s;
     s.width = width;
     s.passes = batches * passes_per_batch;
@@ -78,9 +79,10 @@ struct expectation {
     measurement predicted; // the estimator's second moment
 };
 
-// Second moment of an estimator, by paths of the reference: a path of contribution f makes a technique with effective
-// density q_t return w_t f / q_t with density q_t, in sum  f^2 (sum_t w_t^2 / q_t). The reference has made the path
-// with a contribution whose expectation is f; `own` is its density, so that value = f / own.
+// Second moment of an estimator, by paths of the reference: a path of contribution f makes a technique with
+// effective density q_t return w_t f / q_t with density q_t, in sum  f^2 (sum_t w_t^2 / q_t). The reference
+// has made the path with a contribution whose expectation is f; `own` is its density, so that value = f /
+// own.
 double squared_per_contribution(const any_heuristic& heuristic, const mis::technique_counts<real>& counts,
                                 const mis::measured_vertex<double>* records, int n, const double* densities,
                                 double own) {
@@ -115,15 +117,20 @@ std::vector<expectation> render_reference(const scene<real>& scene, const std::v
                 const double own = densities[mis::technique_index(n, c.technique)];
                 const double value = bpt::sum(c.value), weighted = value * c.weight;
                 const double squared =
-                    weighted * value * squared_per_contribution(balance, everything, records, n, densities, own);
+                    weighted * value *
+                    squared_per_contribution(balance, everything, records, n, densities, own);
                 for (std::size_t k = 0; k < estimators.size(); ++k) {
-                    const double moment = squared_per_contribution(estimators[k].heuristic, estimators[k].counts,
-                                                                   records, n, densities, own);
+                    const double moment = squared_per_contribution(
+                        estimators[k].heuristic, estimators[k].counts, records, n, densities, own);
                     if (moment == 0)
                         continue; // cannot make this path
-                    cell& light = expected[k].light[static_cast<std::size_t>(n)][static_cast<std::size_t>(block_of(c.pixel))];
-                    cell& predicted = expected[k].predicted[static_cast<std::size_t>(n)][static_cast<std::size_t>(block_of(c.pixel))];
-                    light.sum[static_cast<std::size_t>(pass / passes_per_batch)] += weighted / passes_per_batch;
+                    cell& light =
+                        expected[k]
+                            .light[static_cast<std::size_t>(n)][static_cast<std::size_t>(block_of(c.pixel))];
+                    cell& predicted = expected[k].predicted[static_cast<std::size_t>(n)]
+                                                           [static_cast<std::size_t>(block_of(c.pixel))];
+                    light.sum[static_cast<std::size_t>(pass / passes_per_batch)] +=
+                        weighted / passes_per_batch;
                     light.second_moment += squared / set.passes;
                     predicted.second_moment += weighted * value * moment / set.passes;
                 }
@@ -186,10 +193,11 @@ cell whole(const std::array<cell, blocks>& all) {
     return sum;
 }
 
-// Compares every path length over the whole image and, where there are enough samples, each block. Lengths too sparse
-// for that (a path tracer hardly ever hits a small light after eight bounces) are compared in one sum, to which well
-// sampled lengths are added until it is well sampled too. So no light escapes.
-comparison compare(measurement measured, const expectation& expected, int measured_passes, int expected_passes) {
+// Compares every path length over the whole image and, where there are enough samples, each block. Lengths
+// too sparse for that (a path tracer hardly ever hits a small light after eight bounces) are compared in one
+// sum, to which well sampled lengths are added until it is well sampled too. So no light escapes.
+comparison compare(measurement measured, const expectation& expected, int measured_passes,
+                   int expected_passes) {
     comparison c{measured_passes, expected_passes};
     add(measured, expected.predicted);
     cell measured_rest, expected_rest;
@@ -204,7 +212,8 @@ comparison compare(measurement measured, const expectation& expected, int measur
         if (good)
             c.compare(m, e);
         c.pooled_lengths += !good;
-        if (!good || (expected_rest.mean() + measured_rest.mean() > 0 && !c.is_well_sampled(measured_rest, expected_rest))) {
+        if (!good || (expected_rest.mean() + measured_rest.mean() > 0 &&
+                      !c.is_well_sampled(measured_rest, expected_rest))) {
             measured_rest.add(m);
             expected_rest.add(e);
         }
@@ -214,9 +223,9 @@ comparison compare(measurement measured, const expectation& expected, int measur
     return c;
 }
 
-// 7 scenes, 10 estimators, at most 17 numbers for each of 9 path lengths: at most 10,710 values of z. A normal variable
-// exceeds 7 with a probability of 2.6e-12, a Poisson variable of mean 16 with 6.3e-9: a false alarm has a
-// probability below 1e-4.
+// 7 scenes, 10 estimators, at most 17 numbers for each of 9 path lengths: at most 10,710 values of z. A
+// normal variable exceeds 7 with a probability of 2.6e-12, a Poisson variable of mean 16 with 6.3e-9: a false
+// alarm has a probability below 1e-4.
 constexpr double threshold = 7;
 
 void check_scene(const std::string& name) {
@@ -242,8 +251,10 @@ void check_scene(const std::string& name) {
     for (std::size_t k = 0; k < estimators.size(); ++k) {
         const estimator& e = estimators[k];
         const measurement measured = render_estimator(scene, e, 2 + k);
-        const comparison c = compare(measured, expected[k], e.passes_per_batch * batches, reference_passes_per_batch * batches);
-        MESSAGE(name, ", ", e.name, ": greatest |z| of ", c.compared, " is ", c.greatest, "; ", c.pooled_lengths, " lengths pooled");
+        const comparison c = compare(measured, expected[k], e.passes_per_batch * batches,
+                                     reference_passes_per_batch * batches);
+        MESSAGE(name, ", ", e.name, ": greatest |z| of ", c.compared, " is ", c.greatest, "; ",
+                c.pooled_lengths, " lengths pooled");
         CHECK(c.greatest < threshold);
     }
 }

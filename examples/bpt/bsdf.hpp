@@ -17,7 +17,8 @@ bool can_reflect(const surface_point<Real>& x, const vec3<Real>& from, const vec
            dot(x.shading_normal, from) * dot(x.shading_normal, to) > Real(0);
 }
 
-template <class Real> Real lobe_cosine(const surface_point<Real>& x, const vec3<Real>& from, const vec3<Real>& to) {
+template <class Real>
+Real lobe_cosine(const surface_point<Real>& x, const vec3<Real>& from, const vec3<Real>& to) {
     return dot(2 * dot(x.shading_normal, from) * x.shading_normal - from, to);
 }
 
@@ -28,7 +29,8 @@ color<Real> evaluate(const material<Real>& m, const surface_point<Real>& x, cons
     if (is_dirac(m) || !can_reflect(x, from, to))
         return color<Real>(0);
     const Real cosine = lobe_cosine(x, from, to);
-    const Real lobe = cosine > Real(0) ? (m.exponent + 2) / (2 * pi<Real>) * std::pow(cosine, m.exponent) : Real(0);
+    const Real lobe =
+        cosine > Real(0) ? (m.exponent + 2) / (2 * pi<Real>)*std::pow(cosine, m.exponent) : Real(0);
     return m.diffuse / pi<Real> + (m.kind == material_kind::glossy ? m.specular * lobe : color<Real>(0));
 }
 
@@ -40,7 +42,8 @@ template <class Real> Real diffuse_share(const material<Real>& m) {
 
 // Density per solid angle of leaving towards `to`, coming from the side of `from`; roulette included.
 template <class Real>
-Real density(const material<Real>& m, const surface_point<Real>& x, const vec3<Real>& from, const vec3<Real>& to) {
+Real density(const material<Real>& m, const surface_point<Real>& x, const vec3<Real>& from,
+             const vec3<Real>& to) {
     if (is_dirac(m))
         return Real(0);
     const Real side = dot(x.shading_normal, from) > Real(0) ? Real(1) : Real(-1);
@@ -59,8 +62,9 @@ vec3<Real> sample(const material<Real>& m, const surface_point<Real>& x, const v
     return sample_lobe(normalize(2 * dot(normal, from) * normal - from), m.exponent, rng);
 }
 
-// Mirror and glass: one of two lobes. `value` is what the throughput is multiplied with where light travels, f |cos|
-// without its Dirac factor; `probability` that of the lobe, roulette included, the same in the other direction.
+// Mirror and glass: one of two lobes. `value` is what the throughput is multiplied with where light travels,
+// f |cos| without its Dirac factor; `probability` that of the lobe, roulette included, the same in the other
+// direction.
 template <class Real> struct dirac_lobe {
     vec3<Real> to;
     color<Real> value;
@@ -98,7 +102,8 @@ dirac_lobe<Real> dirac_scatter(const material<Real>& m, const surface_point<Real
     lobe.value = share * m.specular;
     lobe.probability = share * m.survival;
     const Real ratio = lobe.eta_from / eta_beyond;
-    lobe.to = normalize(reflects ? 2 * cosine * normal - from : ratio * (cosine * normal - from) - cos_beyond * normal);
+    lobe.to = normalize(reflects ? 2 * cosine * normal - from
+                                 : ratio * (cosine * normal - from) - cos_beyond * normal);
     return lobe;
 }
 
@@ -106,7 +111,8 @@ template <class Real>
 dirac_lobe<Real> sample_dirac(const material<Real>& m, const surface_point<Real>& x, const vec3<Real>& from,
                               pcg32& rng) {
     const dirac_lobe<Real> reflection = dirac_scatter(m, x, from, true);
-    return uniform<Real>(rng) * m.survival < reflection.probability ? reflection : dirac_scatter(m, x, from, false);
+    return uniform<Real>(rng) * m.survival < reflection.probability ? reflection
+                                                                    : dirac_scatter(m, x, from, false);
 }
 
 } // namespace bpt

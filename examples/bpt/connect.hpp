@@ -8,7 +8,8 @@ namespace bpt {
 
 constexpr int longest_path = 10; // vertices
 
-// One path made by one technique: `value` is what the technique estimates with it alone, divided by its samples.
+// One path made by one technique: `value` is what the technique estimates with it alone, divided by its
+// samples.
 template <class Real> struct contribution {
     mis::technique technique{};
     int vertices = 0;
@@ -27,8 +28,8 @@ contribution<Real> made_by(mis::technique_kind kind, int s, int n, int pixel, co
     return c;
 }
 
-// The vertices of a complete path from camera to light. Walks are copied, not moved: their records are completed
-// differently for each path that uses them.
+// The vertices of a complete path from camera to light. Walks are copied, not moved: their records are
+// completed differently for each path that uses them.
 template <class Real> struct complete_path {
     vertex<Real> vertices[longest_path];
     int size = 0;
@@ -54,7 +55,8 @@ template <class Real, class Weights> struct sample_pair {
     complete_path<Real> path;
 };
 
-// Completes the record of a surface vertex for an edge chosen for it: `across` continues its walk along the edge.
+// Completes the record of a surface vertex for an edge chosen for it: `across` continues its walk along the
+// edge.
 template <class Real>
 mis::subpath_end<Real> complete_end(vertex<Real>& x, const vec3<Real>& across, walk_kind kind) {
     const Real cosine = geometric_cosine(x, across);
@@ -65,7 +67,8 @@ mis::subpath_end<Real> complete_end(vertex<Real>& x, const vec3<Real>& across, w
 }
 
 // s >= 2: the camera walk has hit a light.
-template <class Real, class Weights, class Sink> void light_hit(sample_pair<Real, Weights>& pair, Sink&& sink) {
+template <class Real, class Weights, class Sink>
+void light_hit(sample_pair<Real, Weights>& pair, Sink&& sink) {
     const int n = static_cast<int>(pair.camera.size());
     if (!is_light(pair.camera.back()))
         return;
@@ -152,7 +155,8 @@ void camera_connection(sample_pair<Real, Weights>& pair, int t, pcg32& rng, Sink
     if (f == color<Real>(0) || !is_visible(pair.scene, lens.point.position, target))
         return;
     lens.record.distance2_to_light = distance2;
-    // The pixel's response W |cos| is pdf_to_light times the density of the lens point, which has been sampled.
+    // The pixel's response W |cos| is pdf_to_light times the density of the lens point, which has been
+    // sampled.
     const color<Real> value = f * (lens.record.pdf_to_light / distance2);
     if (direct) {
         sink(made_by(mis::technique_kind::direct, 1, 2, pixel, value / pair.weigh.counts.direct), path,
@@ -165,16 +169,19 @@ void camera_connection(sample_pair<Real, Weights>& pair, int t, pcg32& rng, Sink
          [&] { return pair.weigh.camera_connection(camera_end_point(lens), light_end, distance2); });
 }
 
-// All techniques that are switched on, on all vertices. The sink is given the contribution without its weight, the
-// complete path and a function that computes the weight. With `random`, each camera vertex is joined to one light
-// vertex picked from the walk instead of to all; the weight then counts on their mean number (mis::random_connection).
+// All techniques that are switched on, on all vertices. The sink is given the contribution without its
+// weight, the complete path and a function that computes the weight. With `random`, each camera vertex is
+// joined to one light vertex picked from the walk instead of to all; the weight then counts on their mean
+// number (mis::random_connection).
 template <class Real, class Weights, class Sink>
 void connect_all(sample_pair<Real, Weights>& pair, bool random, pcg32& rng, Sink&& sink) {
     const auto& counts = pair.weigh.counts;
     const int s_end = static_cast<int>(pair.camera.size()) + 1;
     const int t_end = static_cast<int>(pair.light.size()) + 1;
     const auto can_join = [](const vertex<Real>& x) { return !is_light(x) && !scatters_dirac(x); };
-    const auto joinable = [&](const walk<Real>& walk, int i) { return can_join(walk[static_cast<std::size_t>(i - 1)]); };
+    const auto joinable = [&](const walk<Real>& walk, int i) {
+        return can_join(walk[static_cast<std::size_t>(i - 1)]);
+    };
 
     if (counts.light_hit > Real(0) && s_end > 2)
         light_hit(pair, sink);
@@ -191,7 +198,8 @@ void connect_all(sample_pair<Real, Weights>& pair, bool random, pcg32& rng, Sink
                 candidates[count++] = t;
         if (random && count > 0) {
             const int t = candidates[std::uniform_int_distribution<int>(0, count - 1)(rng)];
-            const auto times_count = [&](contribution<Real> c, complete_path<Real>& path, const auto& weight) {
+            const auto times_count = [&](contribution<Real> c, complete_path<Real>& path,
+                                         const auto& weight) {
                 c.value *= static_cast<Real>(count);
                 sink(c, path, weight);
             };

@@ -23,7 +23,8 @@ inline const char* name_of(mis::vertex_kind kind) {
 template <class Real> nlohmann::ordered_json to_json(const vec3<Real>& v) { return {v.x, v.y, v.z}; }
 
 template <class Real>
-nlohmann::ordered_json to_json(const scene<Real>& scene, const vertex<Real>& x, bool has_previous, bool has_next) {
+nlohmann::ordered_json to_json(const scene<Real>& scene, const vertex<Real>& x, bool has_previous,
+                               bool has_next) {
     const auto& r = x.record;
     nlohmann::ordered_json j{{"kind", name_of(r.kind)}};
     if (is_infinite(x)) {
@@ -72,9 +73,9 @@ std::string to_json_line(const scene<Real>& scene, const weights<Real>& weigh, c
         j["beta"] = weigh.heuristic.parameter;
     if (weigh.heuristic.kind == heuristic_kind::cutoff)
         j["alpha"] = weigh.heuristic.parameter;
-    for (const auto kind : {mis::technique_kind::light_hit, mis::technique_kind::next_event,
-                            mis::technique_kind::connection, mis::technique_kind::camera_connection,
-                            mis::technique_kind::direct})
+    for (const auto kind :
+         {mis::technique_kind::light_hit, mis::technique_kind::next_event, mis::technique_kind::connection,
+          mis::technique_kind::camera_connection, mis::technique_kind::direct})
         if (const Real count = mis::count_of(weigh.counts, kind); count > Real(0))
             j["counts"][name_of(kind)] = count;
     for (int i = 0; i < path.size; ++i)

@@ -10,7 +10,8 @@
 namespace bpt {
 
 film::film(int width_in_pixels) : width(width_in_pixels) {
-    const image black{width, std::vector<glm::dvec3>(static_cast<std::size_t>(width) * static_cast<std::size_t>(width))};
+    const image black{
+        width, std::vector<glm::dvec3>(static_cast<std::size_t>(width) * static_cast<std::size_t>(width))};
     sum = black;
     for (int n = 2; n <= longest_path; ++n)
         for (int s = 0; s <= n; ++s)
@@ -76,8 +77,8 @@ void write_exr(const std::string& file, const film& film) {
     constexpr std::size_t stride = 3 * sizeof(float);
     for (std::size_t channel = 0; channel < 3; ++channel) {
         header.channels().insert(names[channel], Imf::Channel(Imf::FLOAT));
-        buffer.insert(names[channel], Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(data.data() + channel), stride,
-                                                 stride * static_cast<std::size_t>(film.width)));
+        buffer.insert(names[channel], Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(data.data() + channel),
+                                                 stride, stride * static_cast<std::size_t>(film.width)));
     }
     try {
         Imf::OutputFile out(file.c_str(), header);
@@ -88,15 +89,35 @@ void write_exr(const std::string& file, const film& film) {
     }
 }
 
+void write_sheet(const std::string& file, const std::vector<labelled_image>& images, int columns) {
+    constexpr int gap = 6, label = 18;
+    const int count = static_cast<int>(images.size()), rows = (count + columns - 1) / columns;
+    const int width = images.front().image.width;
+    const surface picture = make_surface(columns * (width + gap) - gap, rows * (width + label + gap) - gap);
+    const context c{cairo_create(picture.get()), cairo_destroy};
+    cairo_set_source_rgb(c.get(), 1, 1, 1);
+    cairo_paint(c.get());
+    for (int i = 0; i < count; ++i) {
+        const auto& tile = images[static_cast<std::size_t>(i)];
+        const int x = i % columns * (width + gap), y = i / columns * (width + label + gap);
+        const surface s = to_surface(tile.image, tile.scale);
+        cairo_set_source_surface(c.get(), s.get(), x, y);
+        cairo_paint(c.get());
+        draw_text(c, x, y + width + 13, 12, tile.label);
+    }
+    write(picture, file);
+}
+
 void write_pyramid(const std::string& file, const film& film, double exposure) {
-    constexpr int tile = 84, gap = 4, label = 14, header = 40, longest_shown = 6, margin = 44;
+    constexpr int tile = 64, gap = 4, label = 14, header = 40, longest_shown = 6, margin = 44;
     constexpr int block = longest_shown * (tile + gap);
-    const surface picture = make_surface(2 * (block + margin), header + (longest_shown - 1) * (tile + label + gap));
+    const surface picture =
+        make_surface(2 * (block + margin), header + (longest_shown - 1) * (tile + label + gap));
     const context c{cairo_create(picture.get()), cairo_destroy};
     cairo_set_source_rgb(c.get(), 1, 1, 1);
     cairo_paint(c.get());
     draw_text(c, margin, 16, 14, "unweighted: each technique alone");
-    draw_text(c, 2 * margin + block, 16, 14, "weighted: each technique's share of the image");
+    draw_text(c, 2 * margin + block, 16, 14, "weighted: its share of the image");
     for (int n = 2; n <= longest_shown; ++n) {
         const double brighter = std::pow(1.5, n - 3); // long paths are dark
         const int y = header + (n - 2) * (tile + label + gap);
@@ -112,7 +133,8 @@ void write_pyramid(const std::string& file, const film& film, double exposure) {
                 cairo_set_source_surface(c.get(), s_image.get(), 0, 0);
                 cairo_paint(c.get());
                 cairo_restore(c.get());
-                draw_text(c, x + 2, y + tile + 11, 10, "s=" + std::to_string(s) + "  t=" + std::to_string(n - s));
+                draw_text(c, x + 2, y + tile + 11, 10,
+                          "s=" + std::to_string(s) + "  t=" + std::to_string(n - s));
             }
     }
     write(picture, file);

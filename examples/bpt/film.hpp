@@ -33,6 +33,13 @@ struct film {
 // Each throws std::runtime_error with the file's name when it cannot write.
 void write_png(const std::string& file, const film& film, double exposure);
 void write_exr(const std::string& file, const film& film);
+// Labelled images side by side.
+struct labelled_image {
+    std::string label;
+    bpt::image image;
+    double scale = 1;
+};
+void write_sheet(const std::string& file, const std::vector<labelled_image>& images, int columns);
 // One row per path length, one column per s; unweighted on the left, weighted on the right.
 void write_pyramid(const std::string& file, const film& film, double exposure);
 

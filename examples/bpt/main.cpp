@@ -1,5 +1,5 @@
-// The reference renderer's command line: renders scenes, writes their images and prints how far the three ways of
-// computing weights are apart.
+// The reference renderer's command line: renders scenes, writes their images and prints how far the three
+// ways of computing weights are apart.
 #include "film.hpp"
 #include "render.hpp"
 #include <CLI/CLI.hpp>
@@ -13,8 +13,10 @@ namespace {
 
 struct options {
     std::vector<std::string> scenes{"cornell"};
-    std::string output = "bpt-output", scalar = "double", heuristic = "power", techniques = "bidirectional", dump;
-    int samples = 16, size = 128, threads = static_cast<int>(std::thread::hardware_concurrency()), longest = 10;
+    std::string output = "bpt-output", scalar = "double", heuristic = "power", techniques = "bidirectional",
+                dump;
+    int samples = 16, size = 128, threads = static_cast<int>(std::thread::hardware_concurrency()),
+        longest = 10;
     int dump_limit = 2000;
     double beta = 2, alpha = 0.1;
     unsigned seed = 1;
@@ -41,18 +43,22 @@ template <class Map> auto choose(const Map& map, const std::string& name, const 
 
 bpt::any_heuristic heuristic_of(const options& o) {
     using kind = bpt::heuristic_kind;
-    const std::map<std::string, kind> kinds{{"average", kind::average}, {"balance", kind::balance}, {"power", kind::power},
-                                            {"cutoff", kind::cutoff}, {"maximum", kind::maximum}};
+    const std::map<std::string, kind> kinds{{"average", kind::average},
+                                            {"balance", kind::balance},
+                                            {"power", kind::power},
+                                            {"cutoff", kind::cutoff},
+                                            {"maximum", kind::maximum}};
     const kind k = choose(kinds, o.heuristic, "--heuristic");
     return {k, k == kind::cutoff ? o.alpha : o.beta};
 }
 
 template <class Real> mis::technique_counts<Real> counts_of(const options& o) {
     const Real pixels = static_cast<Real>(o.size) * static_cast<Real>(o.size);
-    const std::map<std::string, mis::technique_counts<Real>> sets{{"path_tracing", mis::path_tracing<Real>()},
-                                                                  {"next_event", mis::path_tracing_next_event<Real>()},
-                                                                  {"light_tracing", mis::light_tracing(pixels)},
-                                                                  {"bidirectional", mis::bidirectional(pixels)}};
+    const std::map<std::string, mis::technique_counts<Real>> sets{
+        {"path_tracing", mis::path_tracing<Real>()},
+        {"next_event", mis::path_tracing_next_event<Real>()},
+        {"light_tracing", mis::light_tracing(pixels)},
+        {"bidirectional", mis::bidirectional(pixels)}};
     return choose(sets, o.techniques, "--technique-set");
 }
 
@@ -61,7 +67,8 @@ void show_progress(const std::string& what, int done, int all) {
         return;
     constexpr int width = 40;
     const int filled = width * done / all;
-    std::fprintf(stderr, "\r%-24s [%s%s] %3d %%%s", what.c_str(), std::string(std::size_t(filled), '#').c_str(),
+    std::fprintf(stderr, "\r%-24s [%s%s] %3d %%%s", what.c_str(),
+                 std::string(std::size_t(filled), '#').c_str(),
                  std::string(std::size_t(width - filled), ' ').c_str(), 100 * done / all,
                  done == all ? "\r\033[K" : "");
 }
@@ -71,29 +78,37 @@ template <class Real> bool is_good(const bpt::weight_checks& c) {
     if (sizeof(Real) == 4)
         return c.recursion.largest <= 1e-4 && c.recursion.above_1e_5 * 10000 <= c.recursion.compared &&
                c.sum <= 1e-12 && c.recursion_sum <= 1e-5;
-    return c.recursion.largest <= 1e-9 && c.throughput.largest <= 1e-9 && c.sum <= 1e-12 && c.recursion_sum <= 1e-12;
+    return c.recursion.largest <= 1e-9 && c.throughput.largest <= 1e-9 && c.sum <= 1e-12 &&
+           c.recursion_sum <= 1e-12;
 }
 
 void print_heading() {
-    std::printf("%-12s %-7s %-8s %10s  %7s  %10s  %10s  %10s  %10s  %8s\n", "scene", "scalar", "weights", "paths",
-                "n", "recursion", "throughput", "sum", "sum (rec.)", "> 1e-5");
+    std::printf("%-12s %-7s %-8s %10s  %7s  %10s  %10s  %10s  %10s  %8s\n", "scene", "scalar", "weights",
+                "paths", "n", "recursion", "throughput", "sum", "sum (rec.)", "> 1e-5");
 }
-template <class Real> bool print_checks(const std::string& scene, const options& o, const bpt::weight_checks& c) {
+template <class Real>
+bool print_checks(const std::string& scene, const options& o, const bpt::weight_checks& c) {
     const bool good = is_good<Real>(c);
     const bool in_float = sizeof(Real) == 4;
     char throughput[32];
     std::snprintf(throughput, sizeof throughput, in_float ? "(%.1e)" : "%.1e", c.throughput.largest);
-    std::printf("%-12s %-7s %-8s %10lld  %2d ..%2d  %10.1e  %10s  %10.1e  %10.1e  %6.4f %%  %s\n", scene.c_str(),
-                in_float ? "float" : "double", o.heuristic.c_str(), static_cast<long long>(c.paths), c.shortest, c.longest,
-                c.recursion.largest, throughput, c.sum, c.recursion_sum,
-                100.0 * double(c.recursion.above_1e_5) / double(std::max<std::int64_t>(1, c.recursion.compared)),
-                good ? "good" : "BAD");
+    std::printf(
+        "%-12s %-7s %-8s %10lld  %2d ..%2d  %10.1e  %10s  %10.1e  %10.1e  %6.4f %%  %s\n", scene.c_str(),
+        in_float ? "float" : "double", o.heuristic.c_str(), static_cast<long long>(c.paths), c.shortest,
+        c.longest, c.recursion.largest, throughput, c.sum, c.recursion_sum,
+        100.0 * double(c.recursion.above_1e_5) / double(std::max<std::int64_t>(1, c.recursion.compared)),
+        good ? "good" : "BAD");
     return good;
 }
 
-// Renders one scene and writes its files. Returns what the comparison of its weights found.
+struct rendered {
+    bpt::weight_checks checks; // what the comparison of its weights has found
+    bpt::labelled_image image;
+};
+
+// Renders one scene and writes its files.
 template <class Real>
-bpt::weight_checks render_scene(const std::string& name, const options& o, bool write_images, std::ofstream& dump) {
+rendered render_scene(const std::string& name, const options& o, bool write_images, std::ofstream& dump) {
     bpt::scene<Real> scene = bpt::make_scene<Real>(name);
     if (o.no_roulette)
         for (auto& m : scene.materials)
@@ -132,7 +147,7 @@ bpt::weight_checks render_scene(const std::string& name, const options& o, bool 
         bpt::write_exr(base + ".exr", film);
         bpt::write_pyramid(base + "-pyramid.png", film, exposure);
     }
-    return checks;
+    return {checks, {name, film.sum, static_cast<double>(scene.exposure) / film.passes}};
 }
 
 std::ofstream open_outputs(const options& o) {
@@ -155,19 +170,22 @@ int run_demo(options o, std::ofstream& dump) {
     bool good = true;
     std::int64_t paths = 0;
     print_heading();
+    std::vector<bpt::labelled_image> images;
     for (const auto& name : bpt::scene_names()) {
-        const auto checks = render_scene<double>(name, o, true, dump);
-        good &= print_checks<double>(name, o, checks);
-        paths += checks.paths;
+        const rendered r = render_scene<double>(name, o, true, dump);
+        good &= print_checks<double>(name, o, r.checks);
+        paths += r.checks.paths;
+        images.push_back(r.image);
         std::fflush(stdout);
     }
+    bpt::write_sheet(o.output + "/scenes.png", images, 4);
     for (const auto& name : bpt::scene_names()) {
-        good &= print_checks<float>(name, o, render_scene<float>(name, o, false, dump));
+        good &= print_checks<float>(name, o, render_scene<float>(name, o, false, dump).checks);
         std::fflush(stdout);
     }
     const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-    std::printf("%lld paths in double weighted three ways; %.0f s; images are in %s\n", static_cast<long long>(paths),
-                seconds.count(), o.output.c_str());
+    std::printf("%lld paths in double weighted three ways; %.0f s; images are in %s\n",
+                static_cast<long long>(paths), seconds.count(), o.output.c_str());
     return good ? 0 : 1;
 }
 
@@ -177,7 +195,8 @@ int run(const options& o, std::ofstream& dump) {
     for (const auto& name : o.scenes) {
         const bool in_float = o.scalar == "float";
         const auto checks =
-            in_float ? render_scene<float>(name, o, true, dump) : render_scene<double>(name, o, true, dump);
+            (in_float ? render_scene<float>(name, o, true, dump) : render_scene<double>(name, o, true, dump))
+                .checks;
         if (!o.no_checks)
             good &= in_float ? print_checks<float>(name, o, checks) : print_checks<double>(name, o, checks);
     }
@@ -199,7 +218,8 @@ void add_options(CLI::App& app, options& o) {
     app.add_option("--seed", o.seed);
     app.add_option("--dump", o.dump, "file for weighted paths, JSON Lines");
     app.add_option("--dump-limit", o.dump_limit, "paths dumped per scene");
-    app.add_flag("--random-connection", o.random_connection, "join each camera vertex to one light vertex only");
+    app.add_flag("--random-connection", o.random_connection,
+                 "join each camera vertex to one light vertex only");
     app.add_flag("--no-roulette", o.no_roulette, "walks end only by leaving the scene");
     app.add_flag("--no-checks", o.no_checks, "weigh each path once only");
     app.add_flag("--demo", o.demo, "all scenes, in double and in float");
@@ -218,7 +238,8 @@ void check_options(options& o) {
     counts_of<double>(o);
     const auto in_range = [](int value, int least, int most, const char* option) {
         if (value < least || value > most)
-            fail(std::string(option) + " must be from " + std::to_string(least) + " to " + std::to_string(most));
+            fail(std::string(option) + " must be from " + std::to_string(least) + " to " +
+                 std::to_string(most));
     };
     in_range(o.samples, 1, 1000000, "--samples");
     in_range(o.size, 1, 4096, "--size");
@@ -234,7 +255,8 @@ void check_options(options& o) {
 } // namespace
 
 int main(int count, char** arguments) {
-    CLI::App app{"Reference bidirectional path tracer: renders small scenes and weighs every path three ways."};
+    CLI::App app{
+        "Reference bidirectional path tracer: renders small scenes and weighs every path three ways."};
     options o;
     add_options(app, o);
     try {

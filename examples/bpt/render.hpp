@@ -21,7 +21,8 @@ template <class Real> struct settings {
     int dump_paths = 0; // per image row and pass
 };
 
-// What one row of one pass has made. Rows are merged in their order, so that results do not depend on threads.
+// What one row of one pass has made. Rows are merged in their order, so that results do not depend on
+// threads.
 template <class Real> struct row_result {
     std::vector<contribution<Real>> contributions;
     weight_checks checks;
@@ -48,7 +49,9 @@ template <class Real> struct renderer {
         weigh = {set.heuristic, mis::random_connection(set.counts, static_cast<Real>(mean_light_vertices))};
     }
 
-    pcg32 generator(std::uint64_t pass, std::uint64_t pixel) const { return {set.seed * 0x9e3779b9u + pass, pixel}; }
+    pcg32 generator(std::uint64_t pass, std::uint64_t pixel) const {
+        return {set.seed * 0x9e3779b9u + pass, pixel};
+    }
 
     // From walks of their own: weights must not depend on the walk that is weighed.
     double measure_light_vertices() const {
@@ -64,7 +67,8 @@ template <class Real> struct renderer {
         return std::max(1.0, static_cast<double>(vertices) / walks);
     }
 
-    Real weight_of(const contribution<Real>& c, const complete_path<Real>& path, const std::function<Real()>& weight) const {
+    Real weight_of(const contribution<Real>& c, const complete_path<Real>& path,
+                   const std::function<Real()>& weight) const {
         if (set.heuristic.kind != heuristic_kind::cutoff)
             return weight();
         mis::measured_vertex<Real> records[longest_path];
@@ -79,19 +83,22 @@ template <class Real> struct renderer {
         const auto& counts = weigh.counts;
         const bool from_light = counts.connection + counts.camera_connection + counts.direct > Real(0);
         const bool from_camera = counts.light_hit + counts.next_event + counts.connection > Real(0);
-        const auto weigh_first = [&](contribution<Real> c, const complete_path<Real>& path, const auto& weight) {
+        const auto weigh_first = [&](contribution<Real> c, const complete_path<Real>& path,
+                                     const auto& weight) {
             c.weight = weight_of(c, path, weight);
             sink(c, path);
         };
         for (int column = 0; column < set.width; ++column) {
             pair.pixel = row * set.width + column;
             pcg32 rng = generator(static_cast<std::uint64_t>(pass), static_cast<std::uint64_t>(pair.pixel));
-            const Real x = static_cast<Real>(column) + uniform<Real>(rng), y = static_cast<Real>(row) + uniform<Real>(rng);
+            const Real x = static_cast<Real>(column) + uniform<Real>(rng),
+                       y = static_cast<Real>(row) + uniform<Real>(rng);
             const Real to_film = 2 / static_cast<Real>(set.width);
             pair.camera.clear();
             pair.light.clear();
             if (from_camera)
-                walk_from_camera(scene, weigh, set.width, x * to_film - 1, 1 - y * to_film, set.longest, pair.camera, rng);
+                walk_from_camera(scene, weigh, set.width, x * to_film - 1, 1 - y * to_film, set.longest,
+                                 pair.camera, rng);
             if (from_light)
                 walk_from_light(scene, weigh, set.longest - 1, pair.light, rng);
             connect_all(pair, set.random_connection, rng, weigh_first);
@@ -104,7 +111,8 @@ template <class Real> struct renderer {
         render_row(pass, row, [&](const contribution<Real>& c, const complete_path<Real>& path) {
             result.contributions.push_back(c);
             if (set.check_weights)
-                check_weight(scene, weigh, mean_light_vertices, set.width, path, c.technique, c.weight, result.checks);
+                check_weight(scene, weigh, mean_light_vertices, set.width, path, c.technique, c.weight,
+                             result.checks);
             if (static_cast<int>(result.dump.size()) < set.dump_paths)
                 result.dump.push_back(to_json_line(scene, weigh, c, path));
         });
@@ -130,9 +138,11 @@ template <class Real, class OnPass>
 void render(const scene<Real>& scene, const settings<Real>& settings, OnPass&& on_pass) {
     const renderer<Real> renderer(scene, settings);
     for (int pass = 0; pass < settings.passes; ++pass) {
-        pass_result<Real> result{pass, std::vector<row_result<Real>>(static_cast<std::size_t>(settings.width))};
-        in_parallel(settings.threads, settings.width,
-                    [&](int row) { result.rows[static_cast<std::size_t>(row)] = renderer.keep_row(pass, row); });
+        pass_result<Real> result{pass,
+                                 std::vector<row_result<Real>>(static_cast<std::size_t>(settings.width))};
+        in_parallel(settings.threads, settings.width, [&](int row) {
+            result.rows[static_cast<std::size_t>(row)] = renderer.keep_row(pass, row);
+        });
         on_pass(result);
     }
 }

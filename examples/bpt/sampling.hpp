@@ -29,7 +29,7 @@ template <class Real> vec3<Real> sample_lobe(const vec3<Real>& axis, Real expone
     return around(axis, std::pow(uniform<Real>(rng), 1 / (exponent + 1)), rng);
 }
 template <class Real> Real lobe_density(Real cosine, Real exponent) {
-    return cosine > Real(0) ? (exponent + 1) / (2 * pi<Real>) * std::pow(cosine, exponent) : Real(0);
+    return cosine > Real(0) ? (exponent + 1) / (2 * pi<Real>)*std::pow(cosine, exponent) : Real(0);
 }
 
 template <class Real> vec3<Real> sample_sphere(pcg32& rng) {

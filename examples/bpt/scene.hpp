@@ -23,7 +23,7 @@ template <class Real> struct material {
     color<Real> specular{0}; // albedo of the glossy lobe, the mirror, the glass
     Real exponent = 0;       // of the glossy lobe
     Real eta = 1;            // refractive index of the inside
-    Real survival = 1;       // Russian roulette: depends on the vertex alone, so it is the same for both walks
+    Real survival = 1; // Russian roulette: depends on the vertex alone, so it is the same for both walks
 };
 
 template <class Real> struct triangle {
@@ -64,7 +64,8 @@ template <class Real> struct light {
     Real sun_exponent = 1, lobe_share_emission = 0, lobe_share_next_event = 0;
 };
 
-// A pinhole where lens_radius is 0. Film coordinates are in [-1, 1] at half_extent from the axis, at distance 1.
+// A pinhole where lens_radius is 0. Film coordinates are in [-1, 1] at half_extent from the axis, at
+// distance 1.
 template <class Real> struct camera {
     vec3<Real> position{0}, forward{0, 0, 1}, right{1, 0, 0}, up{0, 1, 0};
     Real half_extent = 1;
@@ -98,8 +99,8 @@ template <class Real> struct surface_point {
 namespace detail {
 
 template <class Real>
-bool hit_triangle(const triangle<Real>& t, const vec3<Real>& origin, const vec3<Real>& direction, Real nearest,
-                  Real& distance, Real& u, Real& v) {
+bool hit_triangle(const triangle<Real>& t, const vec3<Real>& origin, const vec3<Real>& direction,
+                  Real nearest, Real& distance, Real& u, Real& v) {
     const vec3<Real> p = cross(direction, t.ac);
     const Real determinant = dot(t.ab, p);
     if (determinant == Real(0))
@@ -145,8 +146,9 @@ std::optional<surface_point<Real>> intersect(const scene<Real>& scene, const vec
     Real best = farthest, best_u = 0, best_v = 0;
     for (const auto& cluster : scene.clusters) {
         Real distance = 0, u = 0, v = 0;
-        const bool may_hit = cluster.radius == std::numeric_limits<Real>::max() ||
-                             detail::hit_sphere(cluster.center, cluster.radius, origin, direction, Real(0), distance);
+        const bool may_hit =
+            cluster.radius == std::numeric_limits<Real>::max() ||
+            detail::hit_sphere(cluster.center, cluster.radius, origin, direction, Real(0), distance);
         for (std::size_t i = 0; may_hit && i < cluster.count; ++i) {
             const auto& t = scene.triangles[cluster.first + i];
             if (detail::hit_triangle(t, origin, direction, nearest, distance, u, v) && distance < best) {
@@ -171,12 +173,14 @@ std::optional<surface_point<Real>> intersect(const scene<Real>& scene, const vec
     if (!hit_triangle)
         return std::nullopt;
     const auto& t = *hit_triangle;
-    const vec3<Real> shading = t.shading_normals[0] * (Real(1) - best_u - best_v) + t.shading_normals[1] * best_u +
-                               t.shading_normals[2] * best_v;
-    return surface_point<Real>{t.a + best_u * t.ab + best_v * t.ac, t.normal, normalize(shading), t.material, t.light};
+    const vec3<Real> shading = t.shading_normals[0] * (Real(1) - best_u - best_v) +
+                               t.shading_normals[1] * best_u + t.shading_normals[2] * best_v;
+    return surface_point<Real>{t.a + best_u * t.ab + best_v * t.ac, t.normal, normalize(shading), t.material,
+                               t.light};
 }
 
-template <class Real> bool is_visible(const scene<Real>& scene, const vec3<Real>& from, const vec3<Real>& to) {
+template <class Real>
+bool is_visible(const scene<Real>& scene, const vec3<Real>& from, const vec3<Real>& to) {
     const vec3<Real> edge = to - from;
     const Real distance = length(edge);
     return !intersect(scene, from, edge / distance, distance - scene.epsilon());

@@ -9,23 +9,26 @@ namespace {
 
 using dvec3 = glm::dvec3;
 
-// Reflectance of the Cornell box's paints, measured from 400 to 700 nm every 4 nm, as the Cornell University Program
-// of Computer Graphics has published it.
+// Reflectance of the Cornell box's paints, measured from 400 to 700 nm every 4 nm, as the Cornell University
+// Program of Computer Graphics has published it.
 constexpr std::array<double, 76> white_paint{
-    .343, .445, .551, .624, .665, .687, .708, .723, .715, .710, .745, .758, .739, .767, .777, .765, .751, .745, .748,
-    .729, .745, .757, .753, .750, .746, .747, .735, .732, .739, .734, .725, .721, .733, .725, .732, .743, .744, .748,
-    .728, .716, .733, .726, .713, .740, .754, .764, .752, .736, .734, .741, .740, .732, .745, .755, .751, .744, .731,
-    .733, .744, .731, .712, .708, .729, .730, .727, .707, .703, .729, .750, .760, .751, .739, .724, .730, .740, .737};
+    .343, .445, .551, .624, .665, .687, .708, .723, .715, .710, .745, .758, .739, .767, .777, .765,
+    .751, .745, .748, .729, .745, .757, .753, .750, .746, .747, .735, .732, .739, .734, .725, .721,
+    .733, .725, .732, .743, .744, .748, .728, .716, .733, .726, .713, .740, .754, .764, .752, .736,
+    .734, .741, .740, .732, .745, .755, .751, .744, .731, .733, .744, .731, .712, .708, .729, .730,
+    .727, .707, .703, .729, .750, .760, .751, .739, .724, .730, .740, .737};
 constexpr std::array<double, 76> green_paint{
-    .092, .096, .098, .097, .098, .095, .095, .097, .095, .094, .097, .098, .096, .101, .103, .104, .107, .109, .112,
-    .115, .125, .140, .160, .187, .229, .285, .343, .390, .435, .464, .472, .476, .481, .462, .447, .441, .426, .406,
-    .373, .347, .337, .314, .285, .277, .266, .250, .230, .207, .186, .171, .160, .148, .141, .136, .130, .126, .123,
-    .121, .122, .119, .114, .115, .117, .117, .118, .120, .122, .128, .132, .139, .144, .146, .150, .152, .157, .159};
+    .092, .096, .098, .097, .098, .095, .095, .097, .095, .094, .097, .098, .096, .101, .103, .104,
+    .107, .109, .112, .115, .125, .140, .160, .187, .229, .285, .343, .390, .435, .464, .472, .476,
+    .481, .462, .447, .441, .426, .406, .373, .347, .337, .314, .285, .277, .266, .250, .230, .207,
+    .186, .171, .160, .148, .141, .136, .130, .126, .123, .121, .122, .119, .114, .115, .117, .117,
+    .118, .120, .122, .128, .132, .139, .144, .146, .150, .152, .157, .159};
 constexpr std::array<double, 76> red_paint{
-    .040, .046, .048, .053, .049, .050, .053, .055, .057, .056, .059, .057, .061, .061, .060, .062, .062, .062, .061,
-    .062, .060, .059, .057, .058, .058, .058, .056, .055, .056, .059, .057, .055, .059, .059, .058, .059, .061, .061,
-    .063, .063, .067, .068, .072, .080, .090, .099, .124, .154, .192, .255, .287, .349, .402, .443, .487, .513, .558,
-    .584, .620, .606, .609, .651, .612, .610, .650, .638, .627, .620, .630, .628, .642, .639, .657, .639, .635, .642};
+    .040, .046, .048, .053, .049, .050, .053, .055, .057, .056, .059, .057, .061, .061, .060, .062,
+    .062, .062, .061, .062, .060, .059, .057, .058, .058, .058, .056, .055, .056, .059, .057, .055,
+    .059, .059, .058, .059, .061, .061, .063, .063, .067, .068, .072, .080, .090, .099, .124, .154,
+    .192, .255, .287, .349, .402, .443, .487, .513, .558, .584, .620, .606, .609, .651, .612, .610,
+    .650, .638, .627, .620, .630, .628, .642, .639, .657, .639, .635, .642};
 
 // Three bands stand for colours: blue 400 to 500 nm, green 500 to 600, red 600 to 700.
 dvec3 in_bands(const std::array<double, 76>& spectrum) {
@@ -78,9 +81,11 @@ struct builder {
         return add(m);
     }
 
-    void begin_cluster() { s.clusters.push_back({dvec3(0), std::numeric_limits<double>::max(), s.triangles.size(), 0}); }
-    void triangle_with(const dvec3& a, const dvec3& b, const dvec3& c, int material, int light, const dvec3& na,
-                       const dvec3& nb, const dvec3& nc) {
+    void begin_cluster() {
+        s.clusters.push_back({dvec3(0), std::numeric_limits<double>::max(), s.triangles.size(), 0});
+    }
+    void triangle_with(const dvec3& a, const dvec3& b, const dvec3& c, int material, int light,
+                       const dvec3& na, const dvec3& nb, const dvec3& nc) {
         triangle<double> t;
         t.a = a, t.ab = b - a, t.ac = c - a;
         t.normal = normalize(cross(t.ab, t.ac));
@@ -95,11 +100,13 @@ struct builder {
         triangle_with(a, b, c, material, light, n, n, n);
         triangle_with(a, c, d, material, light, n, n, n);
     }
-    void ball(const dvec3& center, double radius, int material) { s.spheres.push_back({center, radius, material}); }
+    void ball(const dvec3& center, double radius, int material) {
+        s.spheres.push_back({center, radius, material});
+    }
 
     // Emits on the side of cross(b - a, d - a).
-    void area_light(const dvec3& a, const dvec3& b, const dvec3& d, const dvec3& radiance, double select_emission,
-                    double select_next_event) {
+    void area_light(const dvec3& a, const dvec3& b, const dvec3& d, const dvec3& radiance,
+                    double select_emission, double select_next_event) {
         light<double> l;
         l.emission = radiance;
         l.origin = a, l.edge_u = b - a, l.edge_v = d - a;
@@ -110,7 +117,8 @@ struct builder {
         s.lights.push_back(l);
         quad(a, b, b + d - a, d, 0, static_cast<int>(s.lights.size()) - 1);
     }
-    void point_light(const dvec3& position, const dvec3& intensity, double select_emission, double select_next_event) {
+    void point_light(const dvec3& position, const dvec3& intensity, double select_emission,
+                     double select_next_event) {
         light<double> l;
         l.kind = light_kind::point;
         l.emission = intensity;
@@ -156,10 +164,10 @@ box_paints cornell_walls(builder& b) {
     const box_paints paint{b.diffuse(in_bands(white_paint)), b.diffuse(in_bands(red_paint)),
                            b.diffuse(in_bands(green_paint))};
     b.begin_cluster();
-    b.quad({552.8, 0, 0}, {0, 0, 0}, {0, 0, 559.2}, {549.6, 0, 559.2}, paint.white);                       // floor
-    b.quad({549.6, 0, 559.2}, {0, 0, 559.2}, {0, 548.8, 559.2}, {556, 548.8, 559.2}, paint.white);         // back
-    b.quad({0, 0, 559.2}, {0, 0, 0}, {0, 548.8, 0}, {0, 548.8, 559.2}, paint.green);                       // right
-    b.quad({552.8, 0, 0}, {549.6, 0, 559.2}, {556, 548.8, 559.2}, {556, 548.8, 0}, paint.red);             // left
+    b.quad({552.8, 0, 0}, {0, 0, 0}, {0, 0, 559.2}, {549.6, 0, 559.2}, paint.white);               // floor
+    b.quad({549.6, 0, 559.2}, {0, 0, 559.2}, {0, 548.8, 559.2}, {556, 548.8, 559.2}, paint.white); // back
+    b.quad({0, 0, 559.2}, {0, 0, 0}, {0, 548.8, 0}, {0, 548.8, 559.2}, paint.green);               // right
+    b.quad({552.8, 0, 0}, {549.6, 0, 559.2}, {556, 548.8, 559.2}, {556, 548.8, 0}, paint.red);     // left
     // The ceiling, around the hole in which the light hangs.
     b.quad({556, 548.8, 0}, {556, 548.8, 227}, {0, 548.8, 227}, {0, 548.8, 0}, paint.white);
     b.quad({556, 548.8, 332}, {556, 548.8, 559.2}, {0, 548.8, 559.2}, {0, 548.8, 332}, paint.white);
@@ -213,11 +221,12 @@ void glossy(builder& b) {
     tall_block(b, metal);
 }
 
-// A coarse sphere of 80 triangles whose shading normals are those of the fine one: 15 degrees apart in places.
+// A coarse sphere of 80 triangles whose shading normals are those of the fine one: 15 degrees apart in
+// places.
 void smooth_ball(builder& b, const dvec3& center, double radius, int material) {
     const double g = (1 + std::sqrt(5.0)) / 2;
-    const std::array<dvec3, 12> corner{dvec3(-1, g, 0), dvec3(1, g, 0),  dvec3(-1, -g, 0), dvec3(1, -g, 0),
-                                       dvec3(0, -1, g), dvec3(0, 1, g),  dvec3(0, -1, -g), dvec3(0, 1, -g),
+    const std::array<dvec3, 12> corner{dvec3(-1, g, 0), dvec3(1, g, 0), dvec3(-1, -g, 0), dvec3(1, -g, 0),
+                                       dvec3(0, -1, g), dvec3(0, 1, g), dvec3(0, -1, -g), dvec3(0, 1, -g),
                                        dvec3(g, 0, -1), dvec3(g, 0, 1), dvec3(-g, 0, -1), dvec3(-g, 0, 1)};
     constexpr std::size_t faces[20][3] = {{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
                                           {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
@@ -230,7 +239,8 @@ void smooth_ball(builder& b, const dvec3& center, double radius, int material) {
         b.triangle_with(center + radius * p, center + radius * q, center + radius * r, material, -1, p, q, r);
     };
     for (const auto& face : faces) {
-        const dvec3 p = normalize(corner[face[0]]), q = normalize(corner[face[1]]), r = normalize(corner[face[2]]);
+        const dvec3 p = normalize(corner[face[0]]), q = normalize(corner[face[1]]),
+                    r = normalize(corner[face[2]]);
         const dvec3 pq = normalize(p + q), qr = normalize(q + r), rp = normalize(r + p);
         add(p, pq, rp);
         add(pq, q, qr);
@@ -262,7 +272,8 @@ void environment(builder& b) {
 
 void point(builder& b) {
     const auto paint = cornell_walls(b);
-    b.quad({343, 548.8, 227}, {343, 548.8, 332}, {213, 548.8, 332}, {213, 548.8, 227}, paint.white); // no hole
+    b.quad({343, 548.8, 227}, {343, 548.8, 332}, {213, 548.8, 332}, {213, 548.8, 227},
+           paint.white); // no hole
     short_block(b, b.glossy(dvec3(0.3, 0.3, 0.4), dvec3(0.4), 20));
     b.ball({380, 110, 360}, 110, b.mirror(0.9));
     b.point_light({278, 430, 220}, 60000.0 * cornell_light / 17.0, 1, 1);
@@ -281,8 +292,8 @@ void lens(builder& b) {
 
 const std::map<std::string, void (*)(builder&)>& builders() {
     static const std::map<std::string, void (*)(builder&)> all{
-        {"cornell", cornell}, {"spheres", spheres}, {"glossy", glossy}, {"smooth", smooth},
-        {"environment", environment}, {"point", point}, {"lens", lens}};
+        {"cornell", cornell},         {"spheres", spheres}, {"glossy", glossy}, {"smooth", smooth},
+        {"environment", environment}, {"point", point},     {"lens", lens}};
     return all;
 }
 
@@ -294,12 +305,17 @@ template <class Real> scene<Real> cast_to(const scene<double>& d) {
     for (const auto& m : d.materials)
         s.materials.push_back({m.kind, v(m.diffuse), v(m.specular), r(m.exponent), r(m.eta), r(m.survival)});
     for (const auto& t : d.triangles)
-        s.triangles.push_back({v(t.a), v(t.ab), v(t.ac), v(t.normal),
+        s.triangles.push_back({v(t.a),
+                               v(t.ab),
+                               v(t.ac),
+                               v(t.normal),
                                {v(t.shading_normals[0]), v(t.shading_normals[1]), v(t.shading_normals[2])},
-                               t.material, t.light});
+                               t.material,
+                               t.light});
     for (const auto& c : d.clusters) {
         const bool unbounded = c.radius == std::numeric_limits<double>::max();
-        s.clusters.push_back({v(c.center), unbounded ? std::numeric_limits<Real>::max() : r(c.radius), c.first, c.count});
+        s.clusters.push_back(
+            {v(c.center), unbounded ? std::numeric_limits<Real>::max() : r(c.radius), c.first, c.count});
     }
     for (const auto& b : d.spheres)
         s.spheres.push_back({v(b.center), r(b.radius), b.material});
@@ -309,7 +325,8 @@ template <class Real> scene<Real> cast_to(const scene<double>& d) {
                             r(l.sun_exponent), r(l.lobe_share_emission), r(l.lobe_share_next_event)});
     s.environment = d.environment;
     const auto& c = d.camera;
-    s.camera = {v(c.position), v(c.forward), v(c.right), v(c.up), r(c.half_extent), r(c.lens_radius), r(c.focus_distance)};
+    s.camera = {v(c.position),    v(c.forward),     v(c.right),         v(c.up),
+                r(c.half_extent), r(c.lens_radius), r(c.focus_distance)};
     s.center = v(d.center);
     s.radius = r(d.radius);
     s.exposure = r(d.exposure);
@@ -319,7 +336,8 @@ template <class Real> scene<Real> cast_to(const scene<double>& d) {
 } // namespace
 
 const std::vector<std::string>& scene_names() {
-    static const std::vector<std::string> names{"cornell", "spheres", "glossy", "smooth", "environment", "point", "lens"};
+    static const std::vector<std::string> names{"cornell",     "spheres", "glossy", "smooth",
+                                                "environment", "point",   "lens"};
     return names;
 }
 

@@ -9,9 +9,9 @@ enum class walk_kind { from_camera, from_light };
 
 template <class Real> using walk = std::vector<vertex<Real>>; // its own end point first
 
-// f |cos| of a scattering event as the walk multiplies it: the light walk's has Veach's shading-normal factor.
-template <class Real>
-color<Real> scattered(const vertex<Real>& x, const vec3<Real>& to, walk_kind kind) {
+// f |cos| of a scattering event as the walk multiplies it: the light walk's has Veach's shading-normal
+// factor.
+template <class Real> color<Real> scattered(const vertex<Real>& x, const vec3<Real>& to, walk_kind kind) {
     const vec3<Real>& from = x.towards_previous;
     const Real cosine = shading_cosine(x, to);
     const color<Real> f = evaluate(*x.material, x.point, from, to) * cosine;
@@ -21,7 +21,8 @@ color<Real> scattered(const vertex<Real>& x, const vec3<Real>& to, walk_kind kin
                                           geometric_cosine(x, to));
 }
 
-// Radiance is squeezed where it enters a denser medium; the camera walk accounts for it, flux does not change.
+// Radiance is squeezed where it enters a denser medium; the camera walk accounts for it, flux does not
+// change.
 template <class Real> Real radiance_scale(const dirac_lobe<Real>& lobe, walk_kind kind) {
     const Real ratio = lobe.eta_from / lobe.eta_to;
     return kind == walk_kind::from_camera ? ratio * ratio : Real(1);
@@ -36,11 +37,11 @@ void record_scatter(vertex<Real>& x, walk_kind kind, Real cos_out, Real forward,
     (camera ? x.record.pdf_to_camera : x.record.pdf_to_light) = reverse;
 }
 
-// Leaves the walk's last vertex in a sampled direction. Returns false where the walk ends. `state` and `throughput`
-// are on their way to the next vertex.
+// Leaves the walk's last vertex in a sampled direction. Returns false where the walk ends. `state` and
+// `throughput` are on their way to the next vertex.
 template <class Real, class Weights>
-bool scatter(vertex<Real>& x, const Weights& weigh, walk_kind kind, pcg32& rng, mis::subpath_state<Real>& state,
-             color<Real>& throughput, vec3<Real>& to) {
+bool scatter(vertex<Real>& x, const Weights& weigh, walk_kind kind, pcg32& rng,
+             mis::subpath_state<Real>& state, color<Real>& throughput, vec3<Real>& to) {
     const material<Real>& m = *x.material;
     if (uniform<Real>(rng) >= m.survival)
         return false;
@@ -49,7 +50,8 @@ bool scatter(vertex<Real>& x, const Weights& weigh, walk_kind kind, pcg32& rng, 
         const Real cos_in = geometric_cosine(x, x.towards_previous);
         const Real cos_out = geometric_cosine(x, lobe.to);
         to = lobe.to;
-        state = weigh.scatter_dirac(x.state, cos_in, lobe.probability, lobe.probability, lobe.eta_from, lobe.eta_to);
+        state = weigh.scatter_dirac(x.state, cos_in, lobe.probability, lobe.probability, lobe.eta_from,
+                                    lobe.eta_to);
         throughput = x.throughput * lobe.value * (radiance_scale(lobe, kind) / lobe.probability);
         record_scatter(x, kind, cos_out, mis::dirac_density(lobe.probability, lobe.eta_to, cos_out),
                        mis::dirac_density(lobe.probability, lobe.eta_from, cos_in));
@@ -71,11 +73,12 @@ bool scatter(vertex<Real>& x, const Weights& weigh, walk_kind kind, pcg32& rng, 
     return true;
 }
 
-// Continues a walk that has left its end point until it leaves the scene, is absorbed, hits a light or has `longest`
-// vertices.
+// Continues a walk that has left its end point until it leaves the scene, is absorbed, hits a light or has
+// `longest` vertices.
 template <class Real, class Weights>
-void continue_walk(const scene<Real>& scene, const Weights& weigh, walk_kind kind, walk<Real>& walk, ray<Real> ray,
-                   mis::subpath_state<Real> state, color<Real> throughput, int longest, pcg32& rng) {
+void continue_walk(const scene<Real>& scene, const Weights& weigh, walk_kind kind, walk<Real>& walk,
+                   ray<Real> ray, mis::subpath_state<Real> state, color<Real> throughput, int longest,
+                   pcg32& rng) {
     const bool camera = kind == walk_kind::from_camera;
     while (static_cast<int>(walk.size()) < longest) {
         vertex<Real> x;
@@ -111,8 +114,8 @@ void continue_walk(const scene<Real>& scene, const Weights& weigh, walk_kind kin
 
 // Starts at a random point of the lens, for a point of the film.
 template <class Real, class Weights>
-void walk_from_camera(const scene<Real>& scene, const Weights& weigh, int width, Real film_x, Real film_y, int longest,
-                      walk<Real>& walk, pcg32& rng) {
+void walk_from_camera(const scene<Real>& scene, const Weights& weigh, int width, Real film_x, Real film_y,
+                      int longest, walk<Real>& walk, pcg32& rng) {
     vertex<Real> lens = sample_lens(scene.camera, rng);
     const vec3<Real> leaving = film_to_direction(scene.camera, lens, film_x, film_y);
     aim(scene.camera, lens, leaving, width);
@@ -123,7 +126,8 @@ void walk_from_camera(const scene<Real>& scene, const Weights& weigh, int width,
 
 // Starts at a random point of a random light.
 template <class Real, class Weights>
-void walk_from_light(const scene<Real>& scene, const Weights& weigh, int longest, walk<Real>& walk, pcg32& rng) {
+void walk_from_light(const scene<Real>& scene, const Weights& weigh, int longest, walk<Real>& walk,
+                     pcg32& rng) {
     const int i = pick_light(scene, &light<Real>::select_emission, rng);
     vertex<Real> x =
         sample_light_point(scene, i, scene.lights[static_cast<std::size_t>(i)].lobe_share_emission, rng);

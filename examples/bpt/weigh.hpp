@@ -1,13 +1,14 @@
-// Every weight three ways: by the two-number recursion while rendering, by the complete path's densities, and by the
-// throughputs that each technique would have had. The renderer uses the first and checks it against the others.
+// Every weight three ways: by the two-number recursion while rendering, by the complete path's densities, and
+// by the throughputs that each technique would have had. The renderer uses the first and checks it against
+// the others.
 #pragma once
 
 #include "connect.hpp"
 
 namespace bpt {
 
-// A heuristic chosen at run time. The library's own are types, so that nothing is decided in inner loops; a renderer
-// with one heuristic needs nothing of this.
+// A heuristic chosen at run time. The library's own are types, so that nothing is decided in inner loops; a
+// renderer with one heuristic needs nothing of this.
 enum class heuristic_kind { average, balance, power, cutoff, maximum };
 
 struct any_heuristic {
@@ -16,10 +17,14 @@ struct any_heuristic {
 
     template <class Visit> auto visit(Visit&& visit) const {
         switch (kind) {
-        case heuristic_kind::average: return visit(mis::average);
-        case heuristic_kind::power: return visit(mis::power_heuristic{parameter});
-        case heuristic_kind::maximum: return visit(mis::maximum);
-        default: return visit(mis::balance); // cutoff weighs complete paths only: see weight_of
+        case heuristic_kind::average:
+            return visit(mis::average);
+        case heuristic_kind::power:
+            return visit(mis::power_heuristic{parameter});
+        case heuristic_kind::maximum:
+            return visit(mis::maximum);
+        default:
+            return visit(mis::balance); // cutoff weighs complete paths only: see weight_of
         }
     }
     template <class T> T share(T q, T largest) const {
@@ -44,8 +49,16 @@ template <class Real> using weights = mis::path_weights<any_heuristic, Real>;
 template <class Real> void records_of(const complete_path<Real>& path, mis::measured_vertex<double>* out) {
     for (int i = 0; i < path.size; ++i) {
         const mis::measured_vertex<Real>& r = path.vertices[i].record;
-        out[i] = {r.kind, r.dirac, double(r.pdf_to_light), double(r.pdf_to_camera), double(r.pdf_position),
-                  double(r.pdf_next_event), 1, 1, double(r.cos_to_camera), double(r.cos_to_light),
+        out[i] = {r.kind,
+                  r.dirac,
+                  double(r.pdf_to_light),
+                  double(r.pdf_to_camera),
+                  double(r.pdf_position),
+                  double(r.pdf_next_event),
+                  1,
+                  1,
+                  double(r.cos_to_camera),
+                  double(r.cos_to_light),
                   double(r.distance2_to_light)};
     }
 }
@@ -60,8 +73,7 @@ inline mis::technique_counts<double> in_double(const mis::technique_counts<float
 template <class Real> Real sum(const color<Real>& c) { return c.x + c.y + c.z; }
 
 // What a walk multiplies at vertex i of the path, on its way from x_{i-step} to x_{i+step}.
-template <class Real>
-color<Real> walk_factor(const vertex<Real>* path, int i, walk_kind kind) {
+template <class Real> color<Real> walk_factor(const vertex<Real>* path, int i, walk_kind kind) {
     const int step = kind == walk_kind::from_camera ? 1 : -1;
     vertex<Real> x = path[i];
     x.towards_previous = direction(x, path[i - step]);
@@ -73,8 +85,8 @@ color<Real> walk_factor(const vertex<Real>* path, int i, walk_kind kind) {
     return lobe.value * (radiance_scale(lobe, kind) / lobe.probability);
 }
 
-// S of every technique of a path (places as in mis::technique_at), for counts of 1; infinite where a technique
-// cannot make it. Nothing here looks at the densities in the path's records.
+// S of every technique of a path (places as in mis::technique_at), for counts of 1; infinite where a
+// technique cannot make it. Nothing here looks at the densities in the path's records.
 template <class Real>
 void throughputs_of(const scene<Real>& scene, int width, const vertex<Real>* path, int n, Real* out) {
     constexpr Real impossible = std::numeric_limits<Real>::infinity();
@@ -83,7 +95,8 @@ void throughputs_of(const scene<Real>& scene, int width, const vertex<Real>* pat
     std::fill(out, out + mis::technique_count(n), impossible);
 
     vertex<Real> lens = path[0], light = path[last];
-    const vec3<Real> leaving_lens = direction(lens, path[1]), leaving_light = direction(light, path[last - 1]);
+    const vec3<Real> leaving_lens = direction(lens, path[1]),
+                     leaving_light = direction(light, path[last - 1]);
     aim(scene.camera, lens, leaving_lens, width);
     light = light_vertex(scene, light.point.light, light.point.position, light.point.normal);
     const color<Real> emitted = emit(scene, light, leaving_light);
@@ -146,10 +159,10 @@ struct deviation {
 
 // Greatest deviations of the weights of all paths seen.
 struct weight_checks {
-    deviation recursion;     // of the recursion from the multiplied densities, relative
-    deviation throughput;    // of the throughput form from the multiplied densities, relative
-    double sum = 0;          // |sum of all weights of a path - 1|: densities
-    double recursion_sum = 0; // the same, all by the recursion: every 16th path
+    deviation recursion;              // of the recursion from the multiplied densities, relative
+    deviation throughput;             // of the throughput form from the multiplied densities, relative
+    double sum = 0;                   // |sum of all weights of a path - 1|: densities
+    double recursion_sum = 0;         // the same, all by the recursion: every 16th path
     std::int64_t paths = 0, ties = 0; // maximum: paths whose weight hangs on rounding
     int shortest = longest_path, longest = 0;
 
@@ -165,8 +178,8 @@ struct weight_checks {
     }
 };
 
-// True where two techniques are so close to the largest density that rounding decides which is the maximum, or so
-// close to the cutoff that rounding decides which is kept.
+// True where two techniques are so close to the largest density that rounding decides which is the maximum,
+// or so close to the cutoff that rounding decides which is kept.
 inline bool hangs_on_rounding(const any_heuristic& h, const double* densities, int count, double tolerance) {
     if (h.kind != heuristic_kind::maximum && h.kind != heuristic_kind::cutoff)
         return false;
@@ -180,7 +193,8 @@ inline bool hangs_on_rounding(const any_heuristic& h, const double* densities, i
 // Compares one weight with the other two forms.
 template <class Real>
 void check_weight(const scene<Real>& scene, const weights<Real>& weigh, double mean_light_vertices, int width,
-                  const complete_path<Real>& path, mis::technique technique, Real weight, weight_checks& checks) {
+                  const complete_path<Real>& path, mis::technique technique, Real weight,
+                  weight_checks& checks) {
     constexpr int most = mis::technique_count(longest_path);
     const int n = path.size, count = mis::technique_count(n), index = mis::technique_index(n, technique);
     mis::measured_vertex<double> records[longest_path];
@@ -209,7 +223,8 @@ void check_weight(const scene<Real>& scene, const weights<Real>& weigh, double m
     for (int k = 0; k < count; ++k) {
         const mis::technique t = mis::technique_at(n, k);
         const bool picked = t.kind == mis::technique_kind::connection && mean_light_vertices > 0;
-        counts[k] = mis::count_of(weigh.counts, n, t) * (picked ? static_cast<Real>(mean_light_vertices) : Real(1));
+        counts[k] =
+            mis::count_of(weigh.counts, n, t) * (picked ? static_cast<Real>(mean_light_vertices) : Real(1));
         throughputs[k] *= picked ? static_cast<Real>(mean_light_vertices) : Real(1);
     }
     mis::densities_from_throughputs(counts, throughputs, count, by_throughput);

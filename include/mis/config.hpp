@@ -19,28 +19,24 @@ namespace mis::detail {
 
 // The type in which weights of T are computed. In double, no product or sum of a few powers of floats can
 // overflow or underflow, whatever the compiler reorders, and the result needs to be rounded only once.
-template <class T> struct wide {
-    using type = T;
-};
-template <> struct wide<float> {
-    using type = double;
-};
+template <class T> struct wide { using type = T; };
+template <> struct wide<float> { using type = double; };
 template <class T> using wide_t = typename wide<T>::type;
 
 // Keeps the argument next to it from taking part in template argument deduction.
-template <class T> struct identity {
-    using type = T;
-};
+template <class T> struct identity { using type = T; };
 template <class T> using identity_t = typename identity<T>::type;
 
-template <class T> MIS_HOST_DEVICE constexpr T select(bool condition, T yes, T no) { return condition ? yes : no; }
+template <class T> MIS_HOST_DEVICE constexpr T select(bool condition, T yes, T no) {
+    return condition ? yes : no;
+}
 
 template <class T> MIS_HOST_DEVICE constexpr T larger(T a, T b) { return a < b ? b : a; }
 template <class T> MIS_HOST_DEVICE constexpr T smaller(T a, T b) { return a < b ? a : b; }
 template <class T> MIS_HOST_DEVICE constexpr T absolute(T a) { return a < T(0) ? -a : a; }
 
-// True for +infinity, for a >= 0. Only infinity and 0 are not above their half; a compiler that assumes finite
-// numbers (-ffast-math) has no reason to remove this comparison, as it removes isinf.
+// True for +infinity, for a >= 0. Only infinity and 0 are not above their half; a compiler that assumes
+// finite numbers (-ffast-math) has no reason to remove this comparison, as it removes isinf.
 template <class T> MIS_HOST_DEVICE constexpr bool is_infinite(T a) { return a > T(0) && !(a * T(0.5) < a); }
 
 // Limits as constants, because device code may not call the functions of std::numeric_limits.
@@ -48,8 +44,9 @@ template <class T> struct limits {
     static constexpr T largest = std::numeric_limits<T>::max();
     static constexpr T least_positive = std::numeric_limits<T>::denorm_min();
     static constexpr T infinity = std::numeric_limits<T>::infinity();
-    // Numbers above this count as infinite in the recursion's state. A sixteenth of the largest number, so that the
-    // sum of a few saturated terms is still finite, and so that no compiler can prove that nothing is above it.
+    // Numbers above this count as infinite in the recursion's state. A sixteenth of the largest number, so
+    // that the sum of a few saturated terms is still finite, and so that no compiler can prove that nothing
+    // is above it.
     static constexpr T saturation = largest / 16;
 };
 
@@ -58,8 +55,8 @@ template <class T> MIS_HOST_DEVICE constexpr T saturate(T a) {
     return select(a < limits<T>::saturation, a, T(limits<T>::saturation));
 }
 
-// Densities, throughputs and counts must be non-negative numbers; anything else is a caller's bug. The comparison
-// is false for NaN as well.
+// Densities, throughputs and counts must be non-negative numbers; anything else is a caller's bug. The
+// comparison is false for NaN as well.
 template <class T> MIS_HOST_DEVICE constexpr void assert_density([[maybe_unused]] T density) {
     assert(density >= T(0));
 }

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: MIT
 // Floor 1: heuristics turn relative densities into weights. They know nothing of paths.
 //
-// A density q_i here is an *effective relative* density: technique i's density of the sample times its number of
-// samples, all techniques' multiplied by the same unknown positive factor at will. Sources: Veach's thesis [V97]
-// 9.2; the lecture of Křivánek and Vorba [K].
+// A density q_i here is an *effective relative* density: technique i's density of the sample times its number
+// of samples, all techniques' multiplied by the same unknown positive factor at will. Sources: Veach's thesis
+// [V97] 9.2; the lecture of Křivánek and Vorba [K].
 //
 // All heuristics agree on the edges:
 //   - all densities 0: every weight is 0;
 //   - some densities +infinity (Dirac): those share 1 equally, the others get 0;
 //   - no finite densities make q^beta or the sum overflow or underflow;
 //   - a negative or NaN density is a caller's bug, asserted in debug builds; the result is then unspecified.
-// Under -ffast-math the same holds, except that subnormal densities may count as 0, and that densities in double
-// must stay below 1e305.
+// Under -ffast-math the same holds, except that subnormal densities may count as 0, and that densities in
+// double must stay below 1e305.
 //
 // Accuracy: densities in float are weighed in double and rounded once. Densities in double: two techniques
 // within 2 + beta ulp, N techniques within N + beta ulp.
@@ -56,7 +56,9 @@ struct average_heuristic {
     template <class T> MIS_HOST_DEVICE constexpr T against(T own, T others) const {
         return detail::select(own > T(0), own / (own + others), T(0));
     }
-    template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const { return weight_of_first(*this, a, b); }
+    template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const {
+        return weight_of_first(*this, a, b);
+    }
 };
 
 // q_i / sum q_k, [V97] 9.2.2.
@@ -69,10 +71,13 @@ struct balance_heuristic {
     template <class T> MIS_HOST_DEVICE constexpr T against(T own, T others) const {
         return detail::select(own > T(0), own / (own + others), T(0));
     }
-    template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const { return weight_of_first(*this, a, b); }
+    template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const {
+        return weight_of_first(*this, a, b);
+    }
 };
 
-// q_i^beta / sum q_k^beta, beta > 0, [V97] 9.2.3. Without a beta it is 2, known to the compiler: no branch, no pow.
+// q_i^beta / sum q_k^beta, beta > 0, [V97] 9.2.3. Without a beta it is 2, known to the compiler: no branch,
+// no pow.
 struct two {};
 template <class Beta = two> struct power_heuristic {
     Beta beta;
@@ -94,12 +99,15 @@ template <class Beta = two> struct power_heuristic {
     template <class T> MIS_HOST_DEVICE constexpr T against(T own, T others) const {
         return detail::select(own > T(0), own / (own + others), T(0));
     }
-    template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const { return weight_of_first(*this, a, b); }
+    template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const {
+        return weight_of_first(*this, a, b);
+    }
 };
 
 template <class Beta> power_heuristic(Beta) -> power_heuristic<Beta>;
 
-// 0 if q_i < alpha q_max, else q_i over the sum of the densities that are not below, 0 <= alpha <= 1, [V97] 9.2.3.
+// 0 if q_i < alpha q_max, else q_i over the sum of the densities that are not below, 0 <= alpha <= 1,
+// [V97] 9.2.3.
 struct cutoff_heuristic {
     double alpha = 0.1;
 
@@ -107,7 +115,9 @@ struct cutoff_heuristic {
         const T kept = detail::select(q < largest, q / largest, T(1));
         return detail::select(q < static_cast<T>(alpha) * largest, T(0), kept);
     }
-    template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const { return weight_of_first(*this, a, b); }
+    template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const {
+        return weight_of_first(*this, a, b);
+    }
 };
 
 // 1 for the largest density, 0 for the others; ties share equally, [V97] 9.2.3.
@@ -122,11 +132,13 @@ struct maximum_heuristic {
         const T unless_less = detail::select(own > others, T(1), T(0.5));
         return detail::select(own < others || !(own > T(0)), T(0), unless_less);
     }
-    template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const { return weight_of_first(*this, a, b); }
+    template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const {
+        return weight_of_first(*this, a, b);
+    }
 };
 
-// The heuristics by name: mis::power(a, b) weighs two techniques, mis::weights(mis::power, ...) any number. Other
-// parameters: mis::power_heuristic{1.5}, mis::cutoff_heuristic{0.01}.
+// The heuristics by name: mis::power(a, b) weighs two techniques, mis::weights(mis::power, ...) any number.
+// Other parameters: mis::power_heuristic{1.5}, mis::cutoff_heuristic{0.01}.
 #ifdef __CUDA_ARCH__ // device code cannot refer to constants of the host's
 #define MIS_DETAIL_CONSTANT static __device__ constexpr
 #else
@@ -191,13 +203,13 @@ MIS_HOST_DEVICE constexpr void weights(const Heuristic& heuristic, const T (&den
     weights(heuristic, &densities[0], static_cast<int>(N), &out[0]);
 }
 template <class Heuristic, class Range>
-constexpr auto weight(const Heuristic& heuristic, const Range& densities, int i) ->
-    std::decay_t<decltype(*densities.data())> {
+constexpr auto weight(const Heuristic& heuristic, const Range& densities, int i)
+    -> std::decay_t<decltype(*densities.data())> {
     return weight(heuristic, densities.data(), static_cast<int>(densities.size()), i);
 }
 template <class Heuristic, class Range, class Out>
-constexpr auto weights(const Heuristic& heuristic, const Range& densities, Out&& out) ->
-    decltype(densities.data(), void(out.data())) {
+constexpr auto weights(const Heuristic& heuristic, const Range& densities, Out&& out)
+    -> decltype(densities.data(), void(out.data())) {
     assert(out.size() >= densities.size());
     weights(heuristic, densities.data(), static_cast<int>(densities.size()), out.data());
 }

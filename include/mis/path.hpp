@@ -7,8 +7,8 @@
 //   area_vertex<T>      densities per area.
 // Every function here takes an array of any of them, from camera to light: x_0 ... x_{n-1}, n >= 2.
 //
-// "From camera" and "to light" are the camera walk's direction (P->, omega->), "from light" and "to camera" the
-// light walk's (P<-, omega<-).
+// "From camera" and "to light" are the camera walk's direction (P->, omega->), "from light" and "to camera"
+// the light walk's (P<-, omega<-).
 #pragma once
 
 #include <cmath>
@@ -19,7 +19,8 @@
 
 namespace mis {
 
-// What a vertex is. A `dirac` vertex scatters by a Dirac distribution (mirror, glass) and cannot be joined or merged.
+// What a vertex is. A `dirac` vertex scatters by a Dirac distribution (mirror, glass) and cannot be joined or
+// merged.
 enum class vertex_kind : unsigned char { camera, surface, dirac, medium, light, infinite_light };
 
 namespace detail {
@@ -29,7 +30,8 @@ template <class Vec>
 struct has_dot_member<Vec, std::void_t<decltype(std::declval<const Vec&>().dot(std::declval<const Vec&>()))>>
     : std::true_type {};
 
-// a.dot(b) where there is one (Eigen), else dot(a, b) found by argument-dependent lookup (GLM, a renderer's own).
+// a.dot(b) where there is one (Eigen), else dot(a, b) found by argument-dependent lookup (GLM, a renderer's
+// own).
 template <class Vec> MIS_HOST_DEVICE constexpr auto inner(const Vec& a, const Vec& b) {
     if constexpr (has_dot_member<Vec>::value)
         return a.dot(b);
@@ -37,7 +39,8 @@ template <class Vec> MIS_HOST_DEVICE constexpr auto inner(const Vec& a, const Ve
         return dot(a, b);
 }
 
-template <class Vec> using scalar_of_t = std::decay_t<decltype(inner(std::declval<Vec>(), std::declval<Vec>()))>;
+template <class Vec>
+using scalar_of_t = std::decay_t<decltype(inner(std::declval<Vec>(), std::declval<Vec>()))>;
 
 } // namespace detail
 
@@ -48,7 +51,7 @@ template <class Vec, class T = detail::scalar_of_t<Vec>> struct path_vertex {
     vertex_kind kind = vertex_kind::surface;
     bool dirac = false; // end points only: no walk can hit it (pinhole; point or directional light)
     Vec position{};     // unused for an infinite light
-    Vec normal{};       // geometric, of unit length, sign ignored; infinite light: unit direction towards the light
+    Vec normal{}; // geometric, of unit length, sign ignored; infinite light: unit direction towards the light
 
     // Per solid angle, roulette survival at this vertex included: omega-> and omega<-. For kind dirac see
     // dirac_density in measure.hpp. pdf_to_camera of an infinite light is per area of the perpendicular disk.
@@ -59,13 +62,14 @@ template <class Vec, class T = detail::scalar_of_t<Vec>> struct path_vertex {
     T pdf_position = 0;   // of the point as its own walk's start
     T pdf_next_event = 0; // of the point as sampled for the end of the other walk
 
-    // In a medium: per length, of the distance travelled to this vertex. Behind one: probability of reaching it.
+    // In a medium: per length, of the distance travelled to this vertex. Behind one: probability of reaching
+    // it.
     T pdf_distance_from_camera = 1;
     T pdf_distance_from_light = 1;
 };
 
-// A vertex whose geometry the renderer has measured. Positions rounded to float cannot give short edges and grazing
-// cosines back; the numbers that the renderer itself used can.
+// A vertex whose geometry the renderer has measured. Positions rounded to float cannot give short edges and
+// grazing cosines back; the numbers that the renderer itself used can.
 template <class T> struct measured_vertex {
     using scalar = T;
 
@@ -77,13 +81,14 @@ template <class T> struct measured_vertex {
     T pdf_next_event = 0;
     T pdf_distance_from_camera = 1;
     T pdf_distance_from_light = 1;
-    T cos_to_camera = 1;      // |cos| of the geometric normal and the edge to x_{i-1}; 1 in a medium and at infinity
+    T cos_to_camera =
+        1; // |cos| of the geometric normal and the edge to x_{i-1}; 1 in a medium and at infinity
     T cos_to_light = 1;       // the same for the edge to x_{i+1}
     T distance2_to_light = 1; // squared distance to x_{i+1}; 1 where x_{i+1} is at infinity
 };
 
-// A vertex with its densities per area (per solid angle at infinity, per volume in media): P-> and P<-. At the
-// camera, density_from_camera is that of the walk's start; at the light, density_from_light.
+// A vertex with its densities per area (per solid angle at infinity, per volume in media): P-> and P<-. At
+// the camera, density_from_camera is that of the walk's start; at the light, density_from_light.
 template <class T> struct area_vertex {
     using scalar = T;
 
@@ -139,7 +144,8 @@ MIS_HOST_DEVICE measured_vertex<T> measure(const path_vertex<Vec, T>* path, int 
     }
     return m;
 }
-template <class T> MIS_HOST_DEVICE constexpr measured_vertex<T> measure(const measured_vertex<T>* path, int, int i) {
+template <class T>
+MIS_HOST_DEVICE constexpr measured_vertex<T> measure(const measured_vertex<T>* path, int, int i) {
     return path[i];
 }
 
@@ -154,7 +160,9 @@ template <class T> struct scaled_product {
     int infinities = 0;
 };
 
-template <class T> MIS_HOST_DEVICE constexpr bool is_moderate(T a) { return a > T(0x1p-256) && a < T(0x1p256); }
+template <class T> MIS_HOST_DEVICE constexpr bool is_moderate(T a) {
+    return a > T(0x1p-256) && a < T(0x1p256);
+}
 
 // Brings the mantissa into [1/2, 1).
 template <class T> MIS_HOST_DEVICE void normalize(scaled_product<T>& p) {
@@ -180,7 +188,8 @@ template <class T, class F> MIS_HOST_DEVICE scaled_product<T> scaled_factor(F fa
     return p;
 }
 
-template <class T> MIS_HOST_DEVICE scaled_product<T> operator*(scaled_product<T> p, const scaled_product<T>& q) {
+template <class T>
+MIS_HOST_DEVICE scaled_product<T> operator*(scaled_product<T> p, const scaled_product<T>& q) {
     p.mantissa *= q.mantissa;
     p.exponent += q.exponent;
     p.zeros += q.zeros;
@@ -191,7 +200,8 @@ template <class T> MIS_HOST_DEVICE scaled_product<T> operator*(scaled_product<T>
 }
 
 // p / q where q is a factor of p: its zeros and infinities are taken out again.
-template <class T> MIS_HOST_DEVICE scaled_product<T> without(scaled_product<T> p, const scaled_product<T>& q) {
+template <class T>
+MIS_HOST_DEVICE scaled_product<T> without(scaled_product<T> p, const scaled_product<T>& q) {
     p.mantissa /= q.mantissa;
     p.exponent -= q.exponent;
     p.zeros -= q.zeros;
@@ -202,7 +212,8 @@ template <class T> MIS_HOST_DEVICE scaled_product<T> without(scaled_product<T> p
 }
 
 // p / q of any two: 1 / 0 is infinite, 1 / infinity is 0.
-template <class T> MIS_HOST_DEVICE scaled_product<T> operator/(const scaled_product<T>& p, scaled_product<T> q) {
+template <class T>
+MIS_HOST_DEVICE scaled_product<T> operator/(const scaled_product<T>& p, scaled_product<T> q) {
     const int zeros = q.zeros;
     q.zeros = -q.infinities;
     q.infinities = -zeros;
@@ -221,7 +232,8 @@ template <class T> MIS_HOST_DEVICE bool is_less(scaled_product<T> a, scaled_prod
     return a.exponent < b.exponent || (a.exponent == b.exponent && a.mantissa < b.mantissa);
 }
 
-// value / largest in [0, 1]. A positive value stays positive. If the largest is infinite, 1 for the infinite ones.
+// value / largest in [0, 1]. A positive value stays positive. If the largest is infinite, 1 for the infinite
+// ones.
 template <class Result, class T>
 MIS_HOST_DEVICE Result relative_to(const scaled_product<T>& largest, const scaled_product<T>& value) {
     using std::ldexp;
@@ -262,32 +274,38 @@ MIS_HOST_DEVICE path_product<typename Vertex::scalar> next_event_density(const V
     return factor(path[i].pdf_next_event);
 }
 
-template <class T> MIS_HOST_DEVICE path_product<T> density_from_camera(const area_vertex<T>* path, int, int i) {
+template <class T>
+MIS_HOST_DEVICE path_product<T> density_from_camera(const area_vertex<T>* path, int, int i) {
     return factor(path[i].density_from_camera);
 }
-template <class T> MIS_HOST_DEVICE path_product<T> density_from_light(const area_vertex<T>* path, int, int i) {
+template <class T>
+MIS_HOST_DEVICE path_product<T> density_from_light(const area_vertex<T>* path, int, int i) {
     return factor(path[i].density_from_light);
 }
 template <class T> MIS_HOST_DEVICE path_product<T> next_event_density(const area_vertex<T>* path, int i) {
     return factor(path[i].next_event);
 }
 
-// Whether the path itself allows the technique: no joined or merged vertex scatters by a Dirac distribution, and
-// no walk hits an end point that cannot be hit.
+// Whether the path itself allows the technique: no joined or merged vertex scatters by a Dirac distribution,
+// and no walk hits an end point that cannot be hit.
 template <class Vertex> MIS_HOST_DEVICE constexpr bool is_possible(const Vertex* path, int n, technique t) {
     const int s = t.camera_vertices;
     switch (t.kind) {
-    case technique_kind::camera_hit: return !path[0].dirac;
-    case technique_kind::light_hit: return !path[n - 1].dirac;
-    case technique_kind::merge: return path[s - 1].kind != vertex_kind::dirac;
-    default: return path[s - 1].kind != vertex_kind::dirac && path[s].kind != vertex_kind::dirac;
+    case technique_kind::camera_hit:
+        return !path[0].dirac;
+    case technique_kind::light_hit:
+        return !path[n - 1].dirac;
+    case technique_kind::merge:
+        return path[s - 1].kind != vertex_kind::dirac;
+    default:
+        return path[s - 1].kind != vertex_kind::dirac && path[s].kind != vertex_kind::dirac;
     }
 }
 
 // Effective density of the technique at `index`, given the product of P->_i for i < s and P<-_i for i >= s.
 template <class T, class Vertex>
-MIS_HOST_DEVICE path_product<T> effective_density(const technique_counts<T>& counts, const Vertex* path, int n,
-                                                  int index, path_product<T> joined) {
+MIS_HOST_DEVICE path_product<T> effective_density(const technique_counts<T>& counts, const Vertex* path,
+                                                  int n, int index, path_product<T> joined) {
     const technique t = technique_at(n, index);
     if (t.kind == technique_kind::camera_connection)
         joined = without(joined, density_from_camera(path, n, 0)) * next_event_density(path, 0);
@@ -296,10 +314,12 @@ MIS_HOST_DEVICE path_product<T> effective_density(const technique_counts<T>& cou
     return joined * factor(is_possible(path, n, t) ? count_of(counts, n, t) : T(0));
 }
 
-// Calls visit(index, effective density) for every technique of the path. From s to s + 1 the camera walk takes x_s
-// over from the light walk: p(C_{s+1}) / p(C_s) = P->_s / P<-_s, [J] 4. At a merge both walks make the vertex.
+// Calls visit(index, effective density) for every technique of the path. From s to s + 1 the camera walk
+// takes x_s over from the light walk: p(C_{s+1}) / p(C_s) = P->_s / P<-_s, [J] 4. At a merge both walks make
+// the vertex.
 template <class T, class Vertex, class Visit>
-MIS_HOST_DEVICE void for_each_density(const technique_counts<T>& counts, const Vertex* path, int n, Visit&& visit) {
+MIS_HOST_DEVICE void for_each_density(const technique_counts<T>& counts, const Vertex* path, int n,
+                                      Visit&& visit) {
     path_product<T> joined;
     for (int i = 0; i < n; ++i)
         joined = joined * density_from_light(path, n, i);
@@ -331,8 +351,8 @@ template <class T> struct store_relative {
 
 } // namespace detail
 
-// P->_i, P<-_i and the end points' next-event density as numbers of T, which may over- or underflow where the path's
-// densities are extreme. Nothing below needs them: they are here to be looked at, stored and dumped.
+// P->_i, P<-_i and the end points' next-event density as numbers of T, which may over- or underflow where the
+// path's densities are extreme. Nothing below needs them: they are here to be looked at, stored and dumped.
 template <class Vertex>
 MIS_HOST_DEVICE area_vertex<typename Vertex::scalar> area_densities(const Vertex* path, int n, int i) {
     using T = typename Vertex::scalar;
@@ -343,7 +363,8 @@ MIS_HOST_DEVICE area_vertex<typename Vertex::scalar> area_densities(const Vertex
     const auto number = [](const detail::path_product<T>& p) {
         if (p.zeros > 0)
             return T(0);
-        return p.infinities > 0 ? T(detail::limits<T>::infinity) : static_cast<T>(ldexp(p.mantissa, p.exponent));
+        return p.infinities > 0 ? T(detail::limits<T>::infinity)
+                                : static_cast<T>(ldexp(p.mantissa, p.exponent));
     };
     a.density_from_camera = number(detail::density_from_camera(path, n, i));
     a.density_from_light = number(detail::density_from_light(path, n, i));
@@ -352,15 +373,17 @@ MIS_HOST_DEVICE area_vertex<typename Vertex::scalar> area_densities(const Vertex
     return a;
 }
 
-// Effective densities of all technique_count(n) techniques of a path of n >= 2 vertices (places: see technique_at in
-// techniques.hpp), divided by the largest one, whatever the sizes of the densities and the length of the path.
+// Effective densities of all technique_count(n) techniques of a path of n >= 2 vertices (places: see
+// technique_at in techniques.hpp), divided by the largest one, whatever the sizes of the densities and the
+// length of the path.
 //   - 0: impossible (a Dirac vertex, a zero density, a switched-off technique), and 0 times infinity;
 //   - positive densities stay positive, if only as the smallest number there is;
 //   - if some are infinite, those are 1 and the others 0.
 // To bring in a multiplier of your own (a throughput, a correlation factor), multiply it into out[k] and call
 // weights(heuristic, out, technique_count(n), out).
 template <class T, class Vertex>
-MIS_HOST_DEVICE void relative_densities(const technique_counts<T>& counts, const Vertex* path, int n, T* out) {
+MIS_HOST_DEVICE void relative_densities(const technique_counts<T>& counts, const Vertex* path, int n,
+                                        T* out) {
     assert(n >= 2);
     detail::path_product<T> largest;
     largest.zeros = 1;
@@ -368,10 +391,11 @@ MIS_HOST_DEVICE void relative_densities(const technique_counts<T>& counts, const
     detail::for_each_density(counts, path, n, detail::store_relative<T>{largest, out});
 }
 
-// Weights of all technique_count(n) techniques of a path: they sum to 1 unless no technique can make the path.
+// Weights of all technique_count(n) techniques of a path: they sum to 1 unless no technique can make the
+// path.
 template <class Heuristic, class T, class Vertex>
-MIS_HOST_DEVICE void weights(const Heuristic& heuristic, const technique_counts<T>& counts, const Vertex* path,
-                             int n, T* out) {
+MIS_HOST_DEVICE void weights(const Heuristic& heuristic, const technique_counts<T>& counts,
+                             const Vertex* path, int n, T* out) {
     relative_densities(counts, path, n, out);
     weights(heuristic, out, technique_count(n), out);
 }
@@ -396,8 +420,8 @@ template <class T, class Heuristic> struct total_share {
 
 // Weight of one technique of a path, without an array for the others.
 template <class Heuristic, class T, class Vertex>
-MIS_HOST_DEVICE T weight(const Heuristic& heuristic, const technique_counts<T>& counts, const Vertex* path, int n,
-                         technique t) {
+MIS_HOST_DEVICE T weight(const Heuristic& heuristic, const technique_counts<T>& counts, const Vertex* path,
+                         int n, technique t) {
     using W = detail::wide_t<T>;
     assert(n >= 2);
     detail::path_product<T> largest;

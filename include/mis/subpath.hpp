@@ -1,25 +1,26 @@
 // SPDX-License-Identifier: MIT
 // Floor 3: one weight in O(1), from two numbers per sub-path vertex.
 //
-// The two walks of a bidirectional renderer carry a subpath_state each, updated by start, arrive and scatter. When
-// a path is completed (a light is hit, two ends are joined, two walks merge), its weight follows from the states at
-// the two ends and the densities across the last edge. The result is the weight that path.hpp computes from the
-// complete path. docs/recursion.md derives it.
+// The two walks of a bidirectional renderer carry a subpath_state each, updated by start, arrive and scatter.
+// When a path is completed (a light is hit, two ends are joined, two walks merge), its weight follows from
+// the states at the two ends and the densities across the last edge. The result is the weight that path.hpp
+// computes from the complete path. docs/recursion.md derives it.
 //
-// What the numbers are, seen from the camera walk (the light walk is its mirror image), with b(q) = q^beta and + for
-// the sum, or b(q) = q and the maximum for the sum. Relative to the technique that joins x_{s-1} and x_s, all
-// techniques whose edge or merge is nearer to the camera have the share  b(P<-_{s-1}) T_{s-1},  where
+// What the numbers are, seen from the camera walk (the light walk is its mirror image), with b(q) = q^beta
+// and + for the sum, or b(q) = q and the maximum for the sum. Relative to the technique that joins x_{s-1}
+// and x_s, all techniques whose edge or merge is nearer to the camera have the share  b(P<-_{s-1}) T_{s-1},
+// where
 //
 //     T_i = eta_i + c A_i + b(omega<-_i) B_i                complete once x_{i+1} is known
-//     A_i = 1 / b(P->_i)                                    c: count of the technique that joins x_{i-1} and x_i
-//     B_i = b(|cos_{i-1}| / (omega->_{i-1} |cos_i|)) T_{i-1}
+//     A_i = 1 / b(P->_i)                                    c: count of the technique that joins x_{i-1} and
+//     x_i B_i = b(|cos_{i-1}| / (omega->_{i-1} |cos_i|)) T_{i-1}
 //
 // and eta_i is the merge term of x_i. At a Dirac vertex eta_i and both its joins are missing.
 //
-// The state saturates at a sixteenth of the largest number, which keeps everything branch-free and without NaN. A
-// weight is right as long as no state saturates or underflows: in float with power 2, while the densities of any two
-// techniques are less than about 1e18 apart. path.hpp has no such limit. Sub-path caps cannot be expressed here: cap
-// the path's total length instead, which changes no weight.
+// The state saturates at a sixteenth of the largest number, which keeps everything branch-free and without
+// NaN. A weight is right as long as no state saturates or underflows: in float with power 2, while the
+// densities of any two techniques are less than about 1e18 apart. path.hpp has no such limit. Sub-path caps
+// cannot be expressed here: cap the path's total length instead, which changes no weight.
 #pragma once
 
 #include <mis/config.hpp>
@@ -29,15 +30,18 @@
 
 namespace mis {
 
-// Everything that a sub-path vertex must remember. The sign of `a` is set while the last edge is the walk's first.
+// Everything that a sub-path vertex must remember. The sign of `a` is set while the last edge is the walk's
+// first.
 template <class T> struct subpath_state {
     T a = 0;
     T b = 0;
 };
-static_assert(sizeof(subpath_state<float>) == 2 * sizeof(float) && sizeof(subpath_state<double>) == 2 * sizeof(double),
+static_assert(sizeof(subpath_state<float>) == 2 * sizeof(float) &&
+                  sizeof(subpath_state<double>) == 2 * sizeof(double),
               "the state is two scalars");
 
-// The camera's or the light's end of a path: where a walk starts, what a walk hits, or what a vertex is joined to.
+// The camera's or the light's end of a path: where a walk starts, what a walk hits, or what a vertex is
+// joined to.
 template <class T> struct end_point {
     T pdf_position;   // of the point as its own walk's start: per area, at infinity per solid angle
     T pdf_next_event; // of the point as sampled for the end of the other walk: same unit
@@ -50,21 +54,21 @@ template <class T> struct end_point {
 template <class T> struct subpath_end {
     subpath_state<T> state; // after arrive
     T cos;                  // |cos| of the geometric normal and the edge across; 1 in a medium
-    T pdf_across;           // per solid angle, here: of continuing the walk across the edge, roulette included
-    T pdf_back;             // per solid angle, here: of going back along the walk, coming over the edge, likewise
+    T pdf_across; // per solid angle, here: of continuing the walk across the edge, roulette included
+    T pdf_back;   // per solid angle, here: of going back along the walk, coming over the edge, likewise
 };
 
-// Weights of the paths of one renderer: the heuristic (balance, power, maximum, average; cutoff needs all densities
-// at once, see path.hpp) and the counts of the techniques. Make one per pass:
+// Weights of the paths of one renderer: the heuristic (balance, power, maximum, average; cutoff needs all
+// densities at once, see path.hpp) and the counts of the techniques. Make one per pass:
 //
 //     const mis::path_weights weigh{mis::power, mis::bidirectional(float(pixels))};
 //
-// The technique `direct` (n = 2) hangs on the state of the walk's first edge, which knows the camera connection. It
-// needs camera_connection > 0, with camera_hit on also next_event > 0, and it is weighed right where the end point of
-// the walk that hits has one density: pdf_next_event = pdf_position.
+// The technique `direct` (n = 2) hangs on the state of the walk's first edge, which knows the camera
+// connection. It needs camera_connection > 0, with camera_hit on also next_event > 0, and it is weighed right
+// where the end point of the walk that hits has one density: pdf_next_event = pdf_position.
 //
-// Distances are squared, at infinity 1. Densities are per solid angle and include roulette survival. Cosines are
-// those of geometric normals; signs are not wanted.
+// Distances are squared, at infinity 1. Densities are per solid angle and include roulette survival. Cosines
+// are those of geometric normals; signs are not wanted.
 template <class Heuristic, class T> struct path_weights {
     Heuristic heuristic;
     technique_counts<T> counts;
@@ -72,7 +76,8 @@ template <class Heuristic, class T> struct path_weights {
 
     MIS_HOST_DEVICE constexpr path_weights(const Heuristic& h, const technique_counts<T>& c)
         : heuristic(h), counts(c), raised(c) {
-        assert(c.direct == T(0) || (c.camera_connection > T(0) && (c.camera_hit == T(0) || c.next_event > T(0))));
+        assert(c.direct == T(0) ||
+               (c.camera_connection > T(0) && (c.camera_hit == T(0) || c.next_event > T(0))));
         raised.light_hit = h.raise(c.light_hit);
         raised.next_event = h.raise(c.next_event);
         raised.connection = h.raise(c.connection);
@@ -90,8 +95,9 @@ template <class Heuristic, class T> struct path_weights {
         return start(light, raised.light_hit, raised.next_event);
     }
 
-    // The walk reaches a vertex, over `distance2`, at |cos| = cos_in. In media, the densities of the distance: of
-    // this walk to this vertex and of the other walk to the previous one (see path_vertex::pdf_distance_*).
+    // The walk reaches a vertex, over `distance2`, at |cos| = cos_in. In media, the densities of the
+    // distance: of this walk to this vertex and of the other walk to the previous one (see
+    // path_vertex::pdf_distance_*).
     MIS_HOST_DEVICE constexpr subpath_state<T> arrive(subpath_state<T> x, T distance2, T cos_in,
                                                       T pdf_distance_forward = T(1),
                                                       T pdf_distance_reverse = T(1)) const {
@@ -108,32 +114,35 @@ template <class Heuristic, class T> struct path_weights {
         return arrive(x, T(1), T(1));
     }
 
-    // The walk leaves a vertex that can be joined and merged, at |cos| = cos_out: `forward` is the density of the
-    // direction just sampled, `reverse` that of the direction back to the previous vertex, were the next one given.
-    // merge_count replaces counts.merge at this vertex (media: samples times kernel volume).
-    MIS_HOST_DEVICE constexpr subpath_state<T> scatter(subpath_state<T> x, T cos_out, per_solid_angle<T> forward,
-                                                       per_solid_angle<T> reverse) const {
+    // The walk leaves a vertex that can be joined and merged, at |cos| = cos_out: `forward` is the density of
+    // the direction just sampled, `reverse` that of the direction back to the previous vertex, were the next
+    // one given. merge_count replaces counts.merge at this vertex (media: samples times kernel volume).
+    MIS_HOST_DEVICE constexpr subpath_state<T>
+    scatter(subpath_state<T> x, T cos_out, per_solid_angle<T> forward, per_solid_angle<T> reverse) const {
         return leave(total(x, reverse.value, raised.merge), cos_out, forward.value);
     }
-    MIS_HOST_DEVICE constexpr subpath_state<T> scatter(subpath_state<T> x, T cos_out, per_solid_angle<T> forward,
-                                                       per_solid_angle<T> reverse, T merge_count) const {
+    MIS_HOST_DEVICE constexpr subpath_state<T> scatter(subpath_state<T> x, T cos_out,
+                                                       per_solid_angle<T> forward, per_solid_angle<T> reverse,
+                                                       T merge_count) const {
         return leave(total(x, reverse.value, heuristic.raise(merge_count)), cos_out, forward.value);
     }
 
-    // The walk leaves a Dirac scatterer. cos_in as given to arrive; the probabilities of the lobe, in this walk's
-    // direction and in the other's, roulette included; the refractive indices on the side it came from and on the
-    // side it leaves to, the same for a reflection. Basic etendue makes up for the squeezed solid angle:
-    // omega-> = q-> eta_out^2 |cos_out|, omega<- = q<- eta_in^2 |cos_in|, and |cos_out| cancels.
-    MIS_HOST_DEVICE constexpr subpath_state<T> scatter_dirac(subpath_state<T> x, T cos_in, T forward, T reverse,
-                                                             T eta_in = T(1), T eta_out = T(1)) const {
+    // The walk leaves a Dirac scatterer. cos_in as given to arrive; the probabilities of the lobe, in this
+    // walk's direction and in the other's, roulette included; the refractive indices on the side it came from
+    // and on the side it leaves to, the same for a reflection. Basic etendue makes up for the squeezed solid
+    // angle: omega-> = q-> eta_out^2 |cos_out|, omega<- = q<- eta_in^2 |cos_in|, and |cos_out| cancels.
+    MIS_HOST_DEVICE constexpr subpath_state<T> scatter_dirac(subpath_state<T> x, T cos_in, T forward,
+                                                             T reverse, T eta_in = T(1),
+                                                             T eta_out = T(1)) const {
         const T ratio = reverse * eta_in * eta_in * cos_in / (forward * eta_out * eta_out);
         return {T(0), detail::saturate(x.b * heuristic.raise(ratio))};
     }
 
-    // Weight of joining the ends of both walks. In media, the densities of the distance along the edge, camera
-    // walk's and light walk's.
-    MIS_HOST_DEVICE constexpr T connection(const subpath_end<T>& camera, const subpath_end<T>& light, T distance2,
-                                           T pdf_distance_to_light = T(1), T pdf_distance_to_camera = T(1)) const {
+    // Weight of joining the ends of both walks. In media, the densities of the distance along the edge,
+    // camera walk's and light walk's.
+    MIS_HOST_DEVICE constexpr T connection(const subpath_end<T>& camera, const subpath_end<T>& light,
+                                           T distance2, T pdf_distance_to_light = T(1),
+                                           T pdf_distance_to_camera = T(1)) const {
         const T inverse = T(1) / distance2;
         const T light_from_camera = camera.pdf_across * pdf_distance_to_light * light.cos * inverse;
         const T camera_from_light = light.pdf_across * pdf_distance_to_camera * camera.cos * inverse;
@@ -143,8 +152,9 @@ template <class Heuristic, class T> struct path_weights {
     }
 
     // Weight of joining the camera walk's end to a sampled light point.
-    MIS_HOST_DEVICE constexpr T next_event(const subpath_end<T>& camera, const end_point<T>& light, T distance2,
-                                           T pdf_distance_to_light = T(1), T pdf_distance_to_camera = T(1)) const {
+    MIS_HOST_DEVICE constexpr T next_event(const subpath_end<T>& camera, const end_point<T>& light,
+                                           T distance2, T pdf_distance_to_light = T(1),
+                                           T pdf_distance_to_camera = T(1)) const {
         return join_end(camera, light, raised.next_event, raised.light_hit, distance2, pdf_distance_to_light,
                         pdf_distance_to_camera);
     }
@@ -165,12 +175,14 @@ template <class Heuristic, class T> struct path_weights {
     // Weight of the light walk having arrived at the lens.
     MIS_HOST_DEVICE constexpr T camera_hit(subpath_state<T> x, const end_point<T>& camera) const {
         const T direct = heuristic.raise(camera.pdf_position) * raised.direct / raised.next_event;
-        return hit(x, camera, raised.camera_hit, heuristic.raise(camera.pdf_next_event) * raised.camera_connection,
+        return hit(x, camera, raised.camera_hit,
+                   heuristic.raise(camera.pdf_next_event) * raised.camera_connection,
                    detail::select(raised.direct > T(0), direct, T(0)));
     }
 
     // Weight of joining the emission point itself to the lens, n = 2.
-    MIS_HOST_DEVICE constexpr T direct(const end_point<T>& camera, const end_point<T>& light, T distance2) const {
+    MIS_HOST_DEVICE constexpr T direct(const end_point<T>& camera, const end_point<T>& light,
+                                       T distance2) const {
         const T light_from_camera = camera.pdf_direction * light.cos / distance2;
         const T camera_from_light = light.pdf_direction * camera.cos / distance2;
         const T hit_light = raised.light_hit * heuristic.raise(light_from_camera / light.pdf_position);
@@ -180,20 +192,23 @@ template <class Heuristic, class T> struct path_weights {
                                                 detail::select(camera.hittable, hit_camera, T(0))));
     }
 
-    // Weight of a merge of both walks at one vertex, both states after arrive there: pdf_to_light is the density of
-    // the light walk's incoming edge as a camera walk would sample it, pdf_to_camera the other way about.
+    // Weight of a merge of both walks at one vertex, both states after arrive there: pdf_to_light is the
+    // density of the light walk's incoming edge as a camera walk would sample it, pdf_to_camera the other way
+    // about.
     MIS_HOST_DEVICE constexpr T merge(subpath_state<T> camera, subpath_state<T> light,
-                                      per_solid_angle<T> pdf_to_light, per_solid_angle<T> pdf_to_camera) const {
+                                      per_solid_angle<T> pdf_to_light,
+                                      per_solid_angle<T> pdf_to_camera) const {
         return merge_raised(camera, light, pdf_to_light.value, pdf_to_camera.value, raised.merge);
     }
     MIS_HOST_DEVICE constexpr T merge(subpath_state<T> camera, subpath_state<T> light,
                                       per_solid_angle<T> pdf_to_light, per_solid_angle<T> pdf_to_camera,
                                       T merge_count) const {
-        return merge_raised(camera, light, pdf_to_light.value, pdf_to_camera.value, heuristic.raise(merge_count));
+        return merge_raised(camera, light, pdf_to_light.value, pdf_to_camera.value,
+                            heuristic.raise(merge_count));
     }
 
-    // The pieces of the formulas above. Whatever raise returns and whatever is stored is saturated, so that products
-    // of two such numbers, and sums of products, may be infinite but never NaN.
+    // The pieces of the formulas above. Whatever raise returns and whatever is stored is saturated, so that
+    // products of two such numbers, and sums of products, may be infinite but never NaN.
 
     // c A_i. The first edge's count is already in `a`, whose sign is set.
     MIS_HOST_DEVICE constexpr T edge_term(subpath_state<T> x) const {
@@ -214,7 +229,8 @@ template <class Heuristic, class T> struct path_weights {
     }
     MIS_HOST_DEVICE constexpr subpath_state<T> start(const end_point<T>& end, T hit_term, T join_term) const {
         const T inverse = T(1) / end.pdf_position;
-        const T hit = detail::select(end.hittable, detail::saturate(hit_term * heuristic.raise(inverse)), T(0));
+        const T hit =
+            detail::select(end.hittable, detail::saturate(hit_term * heuristic.raise(inverse)), T(0));
         const T join = detail::saturate(join_term * heuristic.raise(end.pdf_next_event * inverse));
         const subpath_state<T> x = leave(hit, end.cos, end.pdf_direction);
         return {-detail::saturate(x.a * join), x.b};
@@ -223,7 +239,8 @@ template <class Heuristic, class T> struct path_weights {
                                          T hit_term, T distance2, T pdf_distance_to_end,
                                          T pdf_distance_to_walk) const {
         const T inverse = T(1) / (distance2 * end.pdf_next_event);
-        const T walk_from_end = end.pdf_position * end.pdf_direction * pdf_distance_to_walk * walk.cos * inverse;
+        const T walk_from_end =
+            end.pdf_position * end.pdf_direction * pdf_distance_to_walk * walk.cos * inverse;
         const T end_from_walk = walk.pdf_across * pdf_distance_to_end * end.cos * inverse;
         const T hit = hit_term * heuristic.raise(end_from_walk);
         const T earlier = heuristic.raise(walk_from_end) * total(walk);
@@ -233,8 +250,10 @@ template <class Heuristic, class T> struct path_weights {
                                     T first_edge_term) const {
         const T join = detail::select(x.a < T(0), first_edge_term, join_term);
         const T joined = detail::saturate(join) * detail::absolute(x.a);
-        const T earlier = detail::saturate(heuristic.raise(end.pdf_position) * heuristic.raise(end.pdf_direction)) * x.b;
-        return detail::select(end.hittable, heuristic.against(hit_term, heuristic.join(joined, earlier)), T(0));
+        const T earlier =
+            detail::saturate(heuristic.raise(end.pdf_position) * heuristic.raise(end.pdf_direction)) * x.b;
+        return detail::select(end.hittable, heuristic.against(hit_term, heuristic.join(joined, earlier)),
+                              T(0));
     }
     MIS_HOST_DEVICE constexpr T merge_raised(subpath_state<T> camera, subpath_state<T> light, T pdf_to_light,
                                              T pdf_to_camera, T merge_term) const {
@@ -246,11 +265,11 @@ template <class Heuristic, class T> struct path_weights {
 
 namespace detail {
 
-// Walks along a complete path from one end to x_last and returns the state there, after arrive. `step` is +1 for
-// the camera walk, -1 for the light walk.
+// Walks along a complete path from one end to x_last and returns the state there, after arrive. `step` is +1
+// for the camera walk, -1 for the light walk.
 template <class Weights, class T>
-MIS_HOST_DEVICE subpath_state<T> state_at(const Weights& weigh, subpath_state<T> state, const measured_vertex<T>* path,
-                                          int first, int last, int step) {
+MIS_HOST_DEVICE subpath_state<T> state_at(const Weights& weigh, subpath_state<T> state,
+                                          const measured_vertex<T>* path, int first, int last, int step) {
     const bool from_camera = step > 0;
     for (int i = first;; i += step) {
         const measured_vertex<T>& x = path[i];
@@ -259,15 +278,19 @@ MIS_HOST_DEVICE subpath_state<T> state_at(const Weights& weigh, subpath_state<T>
             const T forward = from_camera ? x.pdf_to_light : x.pdf_to_camera;
             const T reverse = from_camera ? x.pdf_to_camera : x.pdf_to_light;
             if (x.kind == vertex_kind::dirac) // densities as recorded: etendue, or plain q for a reflection
-                state = {T(0), weigh.leave(detail::saturate(weigh.heuristic.raise(reverse) * state.b), cos_out, forward).b};
+                state = {
+                    T(0),
+                    weigh.leave(detail::saturate(weigh.heuristic.raise(reverse) * state.b), cos_out, forward)
+                        .b};
             else
-                state = weigh.scatter(state, cos_out, per_solid_angle<T>{forward}, per_solid_angle<T>{reverse});
+                state =
+                    weigh.scatter(state, cos_out, per_solid_angle<T>{forward}, per_solid_angle<T>{reverse});
         }
         const measured_vertex<T>& y = path[i + step];
-        state = from_camera ? weigh.arrive(state, x.distance2_to_light, y.cos_to_camera, y.pdf_distance_from_camera,
-                                           x.pdf_distance_from_light)
-                            : weigh.arrive(state, y.distance2_to_light, y.cos_to_light, y.pdf_distance_from_light,
-                                           x.pdf_distance_from_camera);
+        state = from_camera ? weigh.arrive(state, x.distance2_to_light, y.cos_to_camera,
+                                           y.pdf_distance_from_camera, x.pdf_distance_from_light)
+                            : weigh.arrive(state, y.distance2_to_light, y.cos_to_light,
+                                           y.pdf_distance_from_light, x.pdf_distance_from_camera);
         if (i + step == last)
             return state;
     }
@@ -275,9 +298,9 @@ MIS_HOST_DEVICE subpath_state<T> state_at(const Weights& weigh, subpath_state<T>
 
 } // namespace detail
 
-// The weight of technique t of a complete path as the two-number recursion computes it, by driving it along the
-// path from both ends. For tests and debugging: a renderer keeps the states in its walks instead. 0 where the path
-// does not allow the technique. The technique must have a positive density.
+// The weight of technique t of a complete path as the two-number recursion computes it, by driving it along
+// the path from both ends. For tests and debugging: a renderer keeps the states in its walks instead. 0 where
+// the path does not allow the technique. The technique must have a positive density.
 template <class Heuristic, class T>
 MIS_HOST_DEVICE T weight_in_subpaths(const Heuristic& heuristic, const technique_counts<T>& counts,
                                      const measured_vertex<T>* path, int n, technique t) {
@@ -301,7 +324,8 @@ MIS_HOST_DEVICE T weight_in_subpaths(const Heuristic& heuristic, const technique
     if (t.kind == technique_kind::light_hit)
         return weigh.light_hit(detail::state_at(weigh, weigh.start_camera(camera), path, 0, n - 1, 1), light);
     if (t.kind == technique_kind::camera_hit)
-        return weigh.camera_hit(detail::state_at(weigh, weigh.start_light(light), path, n - 1, 0, -1), camera);
+        return weigh.camera_hit(detail::state_at(weigh, weigh.start_light(light), path, n - 1, 0, -1),
+                                camera);
 
     const auto& x = path[s - 1]; // joined across the edge x, y
     const auto& y = path[s];

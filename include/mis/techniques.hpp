@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 // Floor 2: which techniques exist for a path of n vertices, and how many samples each takes.
 //
-// Vertices are numbered from the camera, x_0, to the light, x_{n-1}. A technique is named by what it joins and by s,
-// the number of vertices on the camera's side, [V97] 10, [J] 3:
+// Vertices are numbered from the camera, x_0, to the light, x_{n-1}. A technique is named by what it joins
+// and by s, the number of vertices on the camera's side, [V97] 10, [J] 3:
 //
 //   light_hit          s = n       the camera walk hits the light
 //   next_event         s = n - 1   the camera walk's end is joined to a light point sampled for it
@@ -44,13 +44,13 @@ MIS_HOST_DEVICE constexpr int technique_count(int n) { return 2 * n - 1; }
 // The technique at a place of the arrays of technique_count(n) densities or weights: places 0 .. n are s, and
 // place n + j is the merge at x_j.
 MIS_HOST_DEVICE constexpr technique technique_at(int n, int index) {
-    const technique_kind kind = index > n            ? technique_kind::merge
-                                : index == n         ? technique_kind::light_hit
-                                : index == 0         ? technique_kind::camera_hit
-                                : n == 2             ? technique_kind::direct
-                                : index == 1         ? technique_kind::camera_connection
-                                : index == n - 1     ? technique_kind::next_event
-                                                     : technique_kind::connection;
+    const technique_kind kind = index > n        ? technique_kind::merge
+                                : index == n     ? technique_kind::light_hit
+                                : index == 0     ? technique_kind::camera_hit
+                                : n == 2         ? technique_kind::direct
+                                : index == 1     ? technique_kind::camera_connection
+                                : index == n - 1 ? technique_kind::next_event
+                                                 : technique_kind::connection;
     return {kind, index > n ? index - n + 1 : index};
 }
 
@@ -61,9 +61,9 @@ MIS_HOST_DEVICE constexpr int technique_index(int n, technique t) {
 
 // Effective number of samples of each technique: the n_i of the heuristics. 0 switches a technique off.
 //
-// Counts are real numbers, because whatever else multiplies a technique's density (a probability of trying it, an
-// expected number of splits, the area of a merge) is multiplied in here. Multiplying all counts by one positive
-// factor changes no weight.
+// Counts are real numbers, because whatever else multiplies a technique's density (a probability of trying
+// it, an expected number of splits, the area of a merge) is multiplied in here. Multiplying all counts by one
+// positive factor changes no weight.
 template <class T> struct technique_counts {
     T light_hit = 0;         // camera walks per pixel, as are next_event's and connection's
     T next_event = 0;        // light points sampled at each camera vertex
@@ -73,8 +73,9 @@ template <class T> struct technique_counts {
     T camera_hit = 0;        // light walks per image, only for a lens of finite size
     T merge = 0;             // photons times pi r^2, see times_merge_area
 
-    // Longest walks, counted in their own vertices, the walk's end point included: techniques that need a longer one
-    // do not exist. Path-length limits need no entry here. Only the O(n) weights honour these caps.
+    // Longest walks, counted in their own vertices, the walk's end point included: techniques that need a
+    // longer one do not exist. Path-length limits need no entry here. Only the O(n) weights honour these
+    // caps.
     int max_camera_vertices = INT_MAX;
     int max_light_vertices = INT_MAX;
 };
@@ -82,19 +83,26 @@ template <class T> struct technique_counts {
 template <class T>
 MIS_HOST_DEVICE constexpr T count_of(const technique_counts<T>& counts, technique_kind kind) {
     switch (kind) {
-    case technique_kind::camera_hit: return counts.camera_hit;
-    case technique_kind::camera_connection: return counts.camera_connection;
-    case technique_kind::direct: return counts.direct;
-    case technique_kind::connection: return counts.connection;
-    case technique_kind::next_event: return counts.next_event;
-    case technique_kind::light_hit: return counts.light_hit;
-    case technique_kind::merge: return counts.merge;
+    case technique_kind::camera_hit:
+        return counts.camera_hit;
+    case technique_kind::camera_connection:
+        return counts.camera_connection;
+    case technique_kind::direct:
+        return counts.direct;
+    case technique_kind::connection:
+        return counts.connection;
+    case technique_kind::next_event:
+        return counts.next_event;
+    case technique_kind::light_hit:
+        return counts.light_hit;
+    case technique_kind::merge:
+        return counts.merge;
     }
     return T(0);
 }
 
-// The count of a technique for paths of n vertices, 0 where a cap forbids one of its walks. The light point of a
-// next event and the lens point of a camera connection are not vertices of a walk.
+// The count of a technique for paths of n vertices, 0 where a cap forbids one of its walks. The light point
+// of a next event and the lens point of a camera connection are not vertices of a walk.
 template <class T>
 MIS_HOST_DEVICE constexpr T count_of(const technique_counts<T>& counts, int n, technique t) {
     const bool merges = t.kind == technique_kind::merge;
@@ -125,14 +133,16 @@ template <class T> MIS_HOST_DEVICE constexpr T merge_area(T radius) {
     return T(3.14159265358979323846264338327950288L) * radius * radius;
 }
 
-// [G]: a merge is a connection whose last light vertex may lie anywhere in the disk; its density times pi r^2.
+// [G]: a merge is a connection whose last light vertex may lie anywhere in the disk; its density times pi
+// r^2.
 template <class T>
 MIS_HOST_DEVICE constexpr technique_counts<T> times_merge_area(technique_counts<T> counts, T radius) {
     counts.merge *= merge_area(radius);
     return counts;
 }
 
-// [H] 6, 7: everything else is a merge path whose extra vertex is uniform in the disk; its density over pi r^2.
+// [H] 6, 7: everything else is a merge path whose extra vertex is uniform in the disk; its density over pi
+// r^2.
 template <class T>
 MIS_HOST_DEVICE constexpr technique_counts<T> divided_by_merge_area(technique_counts<T> counts, T radius) {
     const T merge = counts.merge;
@@ -141,17 +151,17 @@ MIS_HOST_DEVICE constexpr technique_counts<T> divided_by_merge_area(technique_co
     return counts;
 }
 
-// One random connection instead of all: of the vertices of light walks with `mean_vertices` joinable vertices on
-// average, each camera vertex is joined to one picked uniformly. A light vertex is then picked with the probability
-// 1 / mean_vertices, [J] 4.
+// One random connection instead of all: of the vertices of light walks with `mean_vertices` joinable vertices
+// on average, each camera vertex is joined to one picked uniformly. A light vertex is then picked with the
+// probability 1 / mean_vertices, [J] 4.
 template <class T>
 MIS_HOST_DEVICE constexpr technique_counts<T> random_connection(technique_counts<T> counts, T mean_vertices) {
     counts.connection /= mean_vertices;
     return counts;
 }
 
-// The well-known algorithms are sets of counts, [H] 4.4. Light walks are counted per image, with densities of the
-// camera's directions per pixel and one camera walk per pixel; any other ratio may be set afterwards.
+// The well-known algorithms are sets of counts, [H] 4.4. Light walks are counted per image, with densities of
+// the camera's directions per pixel and one camera walk per pixel; any other ratio may be set afterwards.
 template <class T> MIS_HOST_DEVICE constexpr technique_counts<T> path_tracing() {
     technique_counts<T> counts;
     counts.light_hit = T(1);
@@ -174,7 +184,8 @@ template <class T> MIS_HOST_DEVICE constexpr technique_counts<T> light_tracing(T
     return counts;
 }
 
-// Each pixel's camera walk is joined to the vertices of one light walk; `direct` is off, as in most renderers.
+// Each pixel's camera walk is joined to the vertices of one light walk; `direct` is off, as in most
+// renderers.
 template <class T> MIS_HOST_DEVICE constexpr technique_counts<T> bidirectional(T light_walks) {
     technique_counts<T> counts;
     counts.light_hit = T(1);

@@ -1,0 +1,22 @@
+# Every header compiled alone, in every language standard; the objects of one standard are linked into a
+# program, so that a function that should be inline, and is not, shows.
+file(GLOB headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}/include ${PROJECT_SOURCE_DIR}/include/mis/*.hpp)
+set(folder ${CMAKE_CURRENT_BINARY_DIR}/headers)
+file(CONFIGURE OUTPUT ${folder}/main.cpp CONTENT "int main() {}\n")
+set(sources ${folder}/main.cpp)
+foreach(header IN LISTS headers)
+    file(CONFIGURE OUTPUT ${folder}/${header}.cpp CONTENT "#include <@header@>\n#include <@header@>\n" @ONLY)
+    list(APPEND sources ${folder}/${header}.cpp)
+endforeach()
+
+foreach(standard 17 20 23)
+    set(target headers_cxx${standard})
+    add_executable(${target} ${sources})
+    target_link_libraries(${target} PRIVATE mis::mis mis_warnings)
+    set_target_properties(${target} PROPERTIES CXX_STANDARD ${standard} CXX_STANDARD_REQUIRED ON)
+    add_test(NAME ${target} COMMAND ${target})
+endforeach()
+
+add_test(NAME headers_include_standard_library_only
+         COMMAND ${CMAKE_COMMAND} -D INCLUDE=${PROJECT_SOURCE_DIR}/include -P
+                 ${CMAKE_CURRENT_SOURCE_DIR}/standard_library_only.cmake)
