@@ -53,7 +53,7 @@ long double distance2(const point& a, const point& b) {
            static_cast<long double>(e.z) * e.z;
 }
 
-// The densities per area of a path of positions, from FORMULAS' definition.
+// The densities per area of a path of positions, from their definition, [J] 2.
 oracle::path path_of(const std::vector<point>& x) {
     oracle::path p = oracle::flags_of(x.data(), static_cast<int>(x.size()));
     for (std::size_t i = 0; i < x.size(); ++i) {
