@@ -63,6 +63,7 @@ struct path {
     std::vector<wide> from_camera, from_light; // P-> and P<-
     wide camera_next_event, light_next_event;  // of the end points, for the other walk's end
     std::vector<bool> dirac_scatterer;
+    std::vector<wide> merge_factor;
     bool camera_can_be_hit = true, light_can_be_hit = true;
 
     int size() const { return static_cast<int>(from_camera.size()); }
@@ -71,7 +72,8 @@ struct path {
 template <class Vertex> path flags_of(const Vertex* x, int n) {
     path p;
     for (int i = 0; i < n; ++i)
-        p.dirac_scatterer.push_back(x[i].kind == mis::vertex_kind::dirac);
+        p.dirac_scatterer.push_back(x[i].kind == mis::vertex_kind::dirac),
+            p.merge_factor.push_back(x[i].merge_factor);
     p.camera_can_be_hit = !x[0].dirac;
     p.light_can_be_hit = !x[n - 1].dirac;
     return p;
@@ -157,8 +159,10 @@ template <class T> std::vector<wide> densities(const mis::technique_counts<T>& c
     q.push_back(p.light_can_be_hit && within_caps(n, 0) ? wide{counts.light_hit} * walks(p, n, n) : wide{});
     // both walks make x_j
     for (int j = 1; j <= n - 2; ++j)
-        q.push_back(can_be_joined(p, j) && within_caps(j + 1, n - j) ? wide{counts.merge} * walks(p, j + 1, j)
-                                                                     : wide{});
+        q.push_back(can_be_joined(p, j) && within_caps(j + 1, n - j)
+                        ? wide{counts.merge} * p.merge_factor[static_cast<std::size_t>(j)] *
+                              walks(p, j + 1, j)
+                        : wide{});
     return q;
 }
 

@@ -80,6 +80,7 @@ template <class T> random_path<T> make_path(generator& g, int n, const spread& r
             x.cos_to_camera = i > 0 ? cosine() : T(1);
             x.cos_to_light = i < n - 1 ? cosine() : T(1);
         }
+        x.merge_factor = g.chance(0.1) ? T(0) : g.log_uniform<T>(-1, 1);
         x.distance2_to_light = i < n - 1 ? g.log_uniform<T>(-r.distance2, r.distance2) : T(1);
         path.vertices.push_back(x);
     }

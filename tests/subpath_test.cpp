@@ -50,7 +50,9 @@ template <class T> struct exact_recursion {
         const std::size_t n = x.size();
         std::vector<state> states(n);
         states[0].total = x[0].dirac ? wide{} : raise(wide{c.camera_hit} / wide{x[0].pdf_position});
-        states[0].fits = fits(states[0].total);
+        const wide start = wide{1} / wide{x[0].pdf_position};
+        states[0].fits = fits(states[0].total) && fits(start) && (x[0].dirac || fits(raise(start))) &&
+                         fits(raise(wide{x[0].pdf_next_event} * start));
         for (std::size_t i = 1; i < n; ++i) {
             state& s = states[i];
             const auto& before = x[i - 1];
@@ -67,14 +69,15 @@ template <class T> struct exact_recursion {
             s.b = leaving * travel;
             const wide back = raise(x[i].pdf_to_camera) * s.b;
             const bool dirac = x[i].kind == vertex_kind::dirac;
-            s.total = join(join(dirac ? wide{} : raise(c.merge), s.a), back);
+            s.total = join(join(dirac ? wide{} : raise(wide{c.merge} * wide{x[i].merge_factor}), s.a), back);
             s.fits_on_arrival = states[i - 1].fits && fits(unit_a) && fits(raise(inverse)) && fits(first) &&
                                 fits(raise(inverse) * first) && fits(leaving) && fits(travel) && fits(s.a) &&
                                 fits(s.b) && fits(raise(wide{before.cos_to_light} * inverse)) &&
                                 fits(raise(wide{before.distance2_to_light} /
                                            (wide{x[i].cos_to_camera} * wide{x[i].pdf_distance_from_camera})));
-            s.fits = s.fits_on_arrival && fits(raise(c.merge)) && fits(raise(c.connection)) &&
-                     fits(raise(x[i].pdf_to_camera)) && fits(back) && fits(s.total);
+            s.fits = s.fits_on_arrival && fits(raise(wide{c.merge} * wide{x[i].merge_factor})) &&
+                     fits(raise(c.connection)) && fits(raise(x[i].pdf_to_camera)) && fits(back) &&
+                     fits(s.total);
         }
         return states;
     }
@@ -117,17 +120,15 @@ template <class T> struct exact_recursion {
                 ok = fits(to(1)) && both(to(0) * to(1) / p.camera_next_event, light(1).total) &&
                      light(1).fits && fits(back(0)) &&
                      both(wide{c.camera_hit} * back(0) / p.camera_next_event, 1) &&
-                     fits(wide{1} / (p.camera_next_event * wide{lens.distance2_to_light})) &&
-                     fits(to(0) * wide{lens.pdf_to_light}) && fits(raise(c.camera_connection));
+                     fits(wide{1} / p.camera_next_event) && fits(to(0) / p.camera_next_event) &&
+                     fits(raise(c.camera_connection));
             else if (s == n - 1)
                 ok = fits(back(n - 2)) &&
                      both(back(n - 1) * back(n - 2) / p.light_next_event, camera(n - 2).total) &&
                      camera(n - 2).fits && fits(to(n - 1)) &&
                      both(wide{c.light_hit} * to(n - 1) / p.light_next_event, 1) &&
-                     fits(wide{1} /
-                          (p.light_next_event *
-                           wide{path.vertices[static_cast<std::size_t>(n) - 2].distance2_to_light})) &&
-                     fits(back(n - 1) * wide{lamp.pdf_to_camera}) && fits(raise(c.next_event));
+                     fits(wide{1} / p.light_next_event) && fits(back(n - 1) / p.light_next_event) &&
+                     fits(raise(c.next_event));
             else
                 ok = ok && both(back(s - 1), camera(s - 1).total) && both(to(s), light(s).total);
             result.push_back(ok);
@@ -336,7 +337,7 @@ template <class Heuristic> struct renderer {
                                             f.eta_camera_side, f.eta_light_side);
             else
                 state = weigh.scatter(state, v.cos_to_light, mis::per_solid_angle<double>{v.pdf_to_light},
-                                      mis::per_solid_angle<double>{v.pdf_to_camera});
+                                      mis::per_solid_angle<double>{v.pdf_to_camera}, v.merge_factor);
         }
     }
 
@@ -356,7 +357,7 @@ template <class Heuristic> struct renderer {
                                             f.eta_camera_side);
             else
                 state = weigh.scatter(state, v.cos_to_camera, mis::per_solid_angle<double>{v.pdf_to_camera},
-                                      mis::per_solid_angle<double>{v.pdf_to_light}, r.path.counts.merge);
+                                      mis::per_solid_angle<double>{v.pdf_to_light}, v.merge_factor);
         }
     }
 
@@ -367,15 +368,16 @@ template <class Heuristic> struct renderer {
         if (t.kind == technique_kind::camera_hit)
             return weigh.camera_hit(light.front(), lens());
         if (t.kind == technique_kind::merge)
-            return weigh.merge(camera[s - 1], light[s - 1],
-                               mis::per_solid_angle<double>{x()[s - 1].pdf_to_light},
-                               mis::per_solid_angle<double>{x()[s - 1].pdf_to_camera});
+            return weigh.merge(
+                camera[s - 1], light[s - 1], mis::per_solid_angle<double>{x()[s - 1].pdf_to_light},
+                mis::per_solid_angle<double>{x()[s - 1].pdf_to_camera}, x()[s - 1].merge_factor);
         const auto &a = x()[s - 1], &b = x()[s];
         const double d2 = a.distance2_to_light, there = b.pdf_distance_from_camera,
                      back = a.pdf_distance_from_light;
         const mis::subpath_end<double> camera_end{camera[s - 1], a.cos_to_light, a.pdf_to_light,
-                                                  a.pdf_to_camera};
-        const mis::subpath_end<double> light_end{light[s], b.cos_to_camera, b.pdf_to_camera, b.pdf_to_light};
+                                                  a.pdf_to_camera, a.merge_factor};
+        const mis::subpath_end<double> light_end{light[s], b.cos_to_camera, b.pdf_to_camera, b.pdf_to_light,
+                                                 b.merge_factor};
         switch (t.kind) {
         case technique_kind::direct:
             return weigh.direct(lens(), lamp(), d2);
@@ -436,6 +438,7 @@ TEST_CASE_TEMPLATE("maximum: two techniques exactly tied get one half each", T, 
             x.pdf_position = power_of_4();
             x.pdf_next_event = power_of_4();
             x.pdf_distance_from_camera = x.pdf_distance_from_light = 1;
+            x.merge_factor = 1;
             x.cos_to_camera = x.cos_to_light = T(0.25);
             x.distance2_to_light = power_of_4();
         }

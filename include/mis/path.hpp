@@ -66,6 +66,10 @@ template <class Vec, class T = detail::scalar_of_t<Vec>> struct path_vertex {
     // it.
     T pdf_distance_from_camera = 1;
     T pdf_distance_from_light = 1;
+
+    // Merges at this vertex over counts.merge: 1 on surfaces, 0 where the renderer does not merge; in a
+    // medium the quotient of the kernels' sizes.
+    T merge_factor = 1;
 };
 
 // A vertex whose geometry the renderer has measured. Positions rounded to float cannot give short edges and
@@ -85,6 +89,7 @@ template <class T> struct measured_vertex {
         1; // |cos| of the geometric normal and the edge to x_{i-1}; 1 in a medium and at infinity
     T cos_to_light = 1;       // the same for the edge to x_{i+1}
     T distance2_to_light = 1; // squared distance to x_{i+1}; 1 where x_{i+1} is at infinity
+    T merge_factor = 1;
 };
 
 // A vertex with its densities per area (per solid angle at infinity, per volume in media): P-> and P<-. At
@@ -97,6 +102,7 @@ template <class T> struct area_vertex {
     T density_from_camera = 0;
     T density_from_light = 0;
     T next_event = 0; // end points only: pdf_next_event of the other records
+    T merge_factor = 1;
 };
 
 namespace detail {
@@ -136,6 +142,7 @@ MIS_HOST_DEVICE measured_vertex<T> measure(const path_vertex<Vec, T>* path, int 
     m.pdf_next_event = x.pdf_next_event;
     m.pdf_distance_from_camera = x.pdf_distance_from_camera;
     m.pdf_distance_from_light = x.pdf_distance_from_light;
+    m.merge_factor = x.merge_factor;
     if (i > 0)
         m.cos_to_camera = detail::cosine_towards(x, path[i - 1]);
     if (i < n - 1) {
@@ -311,6 +318,8 @@ MIS_HOST_DEVICE path_product<T> effective_density(const technique_counts<T>& cou
         joined = without(joined, density_from_camera(path, n, 0)) * next_event_density(path, 0);
     if (t.kind == technique_kind::next_event)
         joined = without(joined, density_from_light(path, n, n - 1)) * next_event_density(path, n - 1);
+    if (t.kind == technique_kind::merge)
+        joined = joined * factor(path[t.camera_vertices - 1].merge_factor);
     return joined * factor(is_possible(path, n, t) ? count_of(counts, n, t) : T(0));
 }
 
@@ -360,6 +369,7 @@ MIS_HOST_DEVICE area_vertex<typename Vertex::scalar> area_densities(const Vertex
     area_vertex<T> a;
     a.kind = path[i].kind;
     a.dirac = path[i].dirac;
+    a.merge_factor = path[i].merge_factor;
     const auto number = [](const detail::path_product<T>& p) {
         if (p.zeros > 0)
             return T(0);

@@ -19,8 +19,11 @@
 //
 // The state saturates at a sixteenth of the largest number, which keeps everything branch-free and without
 // NaN. A weight is right as long as no state saturates or underflows: in float with power 2, while the
-// densities of any two techniques are less than about 1e18 apart. path.hpp has no such limit. Sub-path caps
-// cannot be expressed here: cap the path's total length instead, which changes no weight.
+// densities of any two techniques are less than about 1e18 apart. path.hpp has no such limit. Under
+// -ffast-math, keep densities between 1e-8 and 1e8 in float, 1e-60 and 1e60 in double: the compiler may
+// regroup products beyond the scalar's range.
+//
+// Sub-path caps cannot be expressed here: cap the path's total length instead, which changes no weight.
 #pragma once
 
 #include <mis/config.hpp>
@@ -54,8 +57,9 @@ template <class T> struct end_point {
 template <class T> struct subpath_end {
     subpath_state<T> state; // after arrive
     T cos;                  // |cos| of the geometric normal and the edge across; 1 in a medium
-    T pdf_across; // per solid angle, here: of continuing the walk across the edge, roulette included
-    T pdf_back;   // per solid angle, here: of going back along the walk, coming over the edge, likewise
+    T pdf_across;       // per solid angle, here: of continuing the walk across the edge, roulette included
+    T pdf_back;         // per solid angle, here: of going back along the walk, coming over the edge, likewise
+    T merge_factor = 1; // of this vertex, see path_vertex
 };
 
 // Weights of the paths of one renderer: the heuristic (balance, power, maximum, average; cutoff needs all
@@ -116,15 +120,11 @@ template <class Heuristic, class T> struct path_weights {
 
     // The walk leaves a vertex that can be joined and merged, at |cos| = cos_out: `forward` is the density of
     // the direction just sampled, `reverse` that of the direction back to the previous vertex, were the next
-    // one given. merge_count replaces counts.merge at this vertex (media: samples times kernel volume).
-    MIS_HOST_DEVICE constexpr subpath_state<T>
-    scatter(subpath_state<T> x, T cos_out, per_solid_angle<T> forward, per_solid_angle<T> reverse) const {
-        return leave(total(x, reverse.value, raised.merge), cos_out, forward.value);
-    }
+    // one given. merge_factor: see path_vertex.
     MIS_HOST_DEVICE constexpr subpath_state<T> scatter(subpath_state<T> x, T cos_out,
                                                        per_solid_angle<T> forward, per_solid_angle<T> reverse,
-                                                       T merge_count) const {
-        return leave(total(x, reverse.value, heuristic.raise(merge_count)), cos_out, forward.value);
+                                                       T merge_factor = T(1)) const {
+        return leave(total(x, reverse.value, merge_factor), cos_out, forward.value);
     }
 
     // The walk leaves a Dirac scatterer. cos_in as given to arrive; the probabilities of the lobe, in this
@@ -196,15 +196,13 @@ template <class Heuristic, class T> struct path_weights {
     // density of the light walk's incoming edge as a camera walk would sample it, pdf_to_camera the other way
     // about.
     MIS_HOST_DEVICE constexpr T merge(subpath_state<T> camera, subpath_state<T> light,
-                                      per_solid_angle<T> pdf_to_light,
-                                      per_solid_angle<T> pdf_to_camera) const {
-        return merge_raised(camera, light, pdf_to_light.value, pdf_to_camera.value, raised.merge);
-    }
-    MIS_HOST_DEVICE constexpr T merge(subpath_state<T> camera, subpath_state<T> light,
                                       per_solid_angle<T> pdf_to_light, per_solid_angle<T> pdf_to_camera,
-                                      T merge_count) const {
-        return merge_raised(camera, light, pdf_to_light.value, pdf_to_camera.value,
-                            heuristic.raise(merge_count));
+                                      T merge_factor = T(1)) const {
+        const T nearer_camera =
+            heuristic.join(edge_term(camera), heuristic.raise(pdf_to_camera.value) * camera.b);
+        const T nearer_light =
+            heuristic.join(edge_term(light), heuristic.raise(pdf_to_light.value) * light.b);
+        return heuristic.against(merge_term(merge_factor), heuristic.join(nearer_camera, nearer_light));
     }
 
     // The pieces of the formulas above. Whatever raise returns and whatever is stored is saturated, so that
@@ -214,13 +212,16 @@ template <class Heuristic, class T> struct path_weights {
     MIS_HOST_DEVICE constexpr T edge_term(subpath_state<T> x) const {
         return detail::larger(-x.a, raised.connection * x.a);
     }
-    // T_i, given b(eta_i's count).
-    MIS_HOST_DEVICE constexpr T total(subpath_state<T> x, T pdf_back, T merge_term) const {
+    // eta_i and T_i.
+    MIS_HOST_DEVICE constexpr T merge_term(T merge_factor) const {
+        return detail::saturate(raised.merge * heuristic.raise(merge_factor));
+    }
+    MIS_HOST_DEVICE constexpr T total(subpath_state<T> x, T pdf_back, T merge_factor) const {
         const T earlier = heuristic.join(edge_term(x), heuristic.raise(pdf_back) * x.b);
-        return detail::saturate(heuristic.join(merge_term, earlier));
+        return detail::saturate(heuristic.join(merge_term(merge_factor), earlier));
     }
     MIS_HOST_DEVICE constexpr T total(const subpath_end<T>& end) const {
-        return total(end.state, end.pdf_back, raised.merge);
+        return total(end.state, end.pdf_back, end.merge_factor);
     }
     // The next vertex's A and B but for what arrive knows.
     MIS_HOST_DEVICE constexpr subpath_state<T> leave(T total_here, T cos_out, T forward) const {
@@ -238,12 +239,12 @@ template <class Heuristic, class T> struct path_weights {
     MIS_HOST_DEVICE constexpr T join_end(const subpath_end<T>& walk, const end_point<T>& end, T join_term,
                                          T hit_term, T distance2, T pdf_distance_to_end,
                                          T pdf_distance_to_walk) const {
-        const T inverse = T(1) / (distance2 * end.pdf_next_event);
-        const T walk_from_end =
-            end.pdf_position * end.pdf_direction * pdf_distance_to_walk * walk.cos * inverse;
-        const T end_from_walk = walk.pdf_across * pdf_distance_to_end * end.cos * inverse;
+        const T inverse = T(1) / distance2;
+        const T chosen = T(1) / end.pdf_next_event;
+        const T walk_from_end = end.pdf_direction * pdf_distance_to_walk * walk.cos * inverse;
+        const T end_from_walk = walk.pdf_across * pdf_distance_to_end * end.cos * inverse * chosen;
         const T hit = hit_term * heuristic.raise(end_from_walk);
-        const T earlier = heuristic.raise(walk_from_end) * total(walk);
+        const T earlier = heuristic.raise(end.pdf_position * chosen * walk_from_end) * total(walk);
         return heuristic.against(join_term, heuristic.join(earlier, detail::select(end.hittable, hit, T(0))));
     }
     MIS_HOST_DEVICE constexpr T hit(subpath_state<T> x, const end_point<T>& end, T hit_term, T join_term,
@@ -254,12 +255,6 @@ template <class Heuristic, class T> struct path_weights {
             detail::saturate(heuristic.raise(end.pdf_position) * heuristic.raise(end.pdf_direction)) * x.b;
         return detail::select(end.hittable, heuristic.against(hit_term, heuristic.join(joined, earlier)),
                               T(0));
-    }
-    MIS_HOST_DEVICE constexpr T merge_raised(subpath_state<T> camera, subpath_state<T> light, T pdf_to_light,
-                                             T pdf_to_camera, T merge_term) const {
-        const T nearer_camera = heuristic.join(edge_term(camera), heuristic.raise(pdf_to_camera) * camera.b);
-        const T nearer_light = heuristic.join(edge_term(light), heuristic.raise(pdf_to_light) * light.b);
-        return heuristic.against(merge_term, heuristic.join(nearer_camera, nearer_light));
     }
 };
 
@@ -283,8 +278,8 @@ MIS_HOST_DEVICE subpath_state<T> state_at(const Weights& weigh, subpath_state<T>
                     weigh.leave(detail::saturate(weigh.heuristic.raise(reverse) * state.b), cos_out, forward)
                         .b};
             else
-                state =
-                    weigh.scatter(state, cos_out, per_solid_angle<T>{forward}, per_solid_angle<T>{reverse});
+                state = weigh.scatter(state, cos_out, per_solid_angle<T>{forward},
+                                      per_solid_angle<T>{reverse}, x.merge_factor);
         }
         const measured_vertex<T>& y = path[i + step];
         state = from_camera ? weigh.arrive(state, x.distance2_to_light, y.cos_to_camera,
@@ -319,7 +314,7 @@ MIS_HOST_DEVICE T weight_in_subpaths(const Heuristic& heuristic, const technique
         const auto from_camera = detail::state_at(weigh, weigh.start_camera(camera), path, 0, s - 1, 1);
         const auto from_light = detail::state_at(weigh, weigh.start_light(light), path, n - 1, s - 1, -1);
         return weigh.merge(from_camera, from_light, per_solid_angle<T>{path[s - 1].pdf_to_light},
-                           per_solid_angle<T>{path[s - 1].pdf_to_camera});
+                           per_solid_angle<T>{path[s - 1].pdf_to_camera}, path[s - 1].merge_factor);
     }
     if (t.kind == technique_kind::light_hit)
         return weigh.light_hit(detail::state_at(weigh, weigh.start_camera(camera), path, 0, n - 1, 1), light);
@@ -329,8 +324,8 @@ MIS_HOST_DEVICE T weight_in_subpaths(const Heuristic& heuristic, const technique
 
     const auto& x = path[s - 1]; // joined across the edge x, y
     const auto& y = path[s];
-    subpath_end<T> camera_end{{}, x.cos_to_light, x.pdf_to_light, x.pdf_to_camera};
-    subpath_end<T> light_end{{}, y.cos_to_camera, y.pdf_to_camera, y.pdf_to_light};
+    subpath_end<T> camera_end{{}, x.cos_to_light, x.pdf_to_light, x.pdf_to_camera, x.merge_factor};
+    subpath_end<T> light_end{{}, y.cos_to_camera, y.pdf_to_camera, y.pdf_to_light, y.merge_factor};
     const T to_light = y.pdf_distance_from_camera;
     const T to_camera = x.pdf_distance_from_light;
     if (s > 1)
