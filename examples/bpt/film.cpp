@@ -109,7 +109,7 @@ void write_sheet(const std::string& file, const std::vector<labelled_image>& ima
 }
 
 void write_pyramid(const std::string& file, const film& film, double exposure) {
-    constexpr int tile = 64, gap = 4, label = 14, header = 40, longest_shown = 6, margin = 44;
+    constexpr int tile = 60, gap = 4, label = 14, header = 40, longest_shown = 6, margin = 44;
     constexpr int block = longest_shown * (tile + gap);
     const surface picture =
         make_surface(2 * (block + margin), header + (longest_shown - 1) * (tile + label + gap));
@@ -119,7 +119,7 @@ void write_pyramid(const std::string& file, const film& film, double exposure) {
     draw_text(c, margin, 16, 14, "unweighted: each technique alone");
     draw_text(c, 2 * margin + block, 16, 14, "weighted: its share of the image");
     for (int n = 2; n <= longest_shown; ++n) {
-        const double brighter = std::pow(1.5, n - 3); // long paths are dark
+        const double brighter = std::pow(1.6, n - 3); // long paths are dark
         const int y = header + (n - 2) * (tile + label + gap);
         draw_text(c, 4, y + tile / 2, 11, "n = " + std::to_string(n));
         for (int s = 1; s <= n; ++s)

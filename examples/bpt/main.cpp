@@ -164,43 +164,45 @@ std::ofstream open_outputs(const options& o) {
     return dump;
 }
 
-// Every scene in double and in float, under the power heuristic, with images.
-int run_demo(options o, std::ofstream& dump) {
-    const auto start = std::chrono::steady_clock::now();
-    bool good = true;
+struct outcome {
+    bool good = true; // all bars are met
     std::int64_t paths = 0;
-    print_heading();
+};
+
+// Renders all scenes asked for; several go on one sheet as well.
+outcome run(const options& o, bool write_images, std::ofstream& dump) {
+    outcome all;
     std::vector<bpt::labelled_image> images;
-    for (const auto& name : bpt::scene_names()) {
-        const rendered r = render_scene<double>(name, o, true, dump);
-        good &= print_checks<double>(name, o, r.checks);
-        paths += r.checks.paths;
+    for (const auto& name : o.scenes) {
+        const bool in_float = o.scalar == "float";
+        const rendered r = in_float ? render_scene<float>(name, o, write_images, dump)
+                                    : render_scene<double>(name, o, write_images, dump);
+        if (!o.no_checks)
+            all.good &=
+                in_float ? print_checks<float>(name, o, r.checks) : print_checks<double>(name, o, r.checks);
+        all.paths += r.checks.paths;
         images.push_back(r.image);
         std::fflush(stdout);
     }
-    bpt::write_sheet(o.output + "/scenes.png", images, 4);
-    for (const auto& name : bpt::scene_names()) {
-        good &= print_checks<float>(name, o, render_scene<float>(name, o, false, dump).checks);
-        std::fflush(stdout);
-    }
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-    std::printf("%lld paths in double weighted three ways; %.0f s; images are in %s\n",
-                static_cast<long long>(paths), seconds.count(), o.output.c_str());
-    return good ? 0 : 1;
+    if (write_images && images.size() > 1)
+        bpt::write_sheet(o.output + "/scenes.png", images, 4);
+    return all;
 }
 
-int run(const options& o, std::ofstream& dump) {
-    bool good = true;
-    print_heading();
-    for (const auto& name : o.scenes) {
-        const bool in_float = o.scalar == "float";
-        const auto checks =
-            (in_float ? render_scene<float>(name, o, true, dump) : render_scene<double>(name, o, true, dump))
-                .checks;
-        if (!o.no_checks)
-            good &= in_float ? print_checks<float>(name, o, checks) : print_checks<double>(name, o, checks);
-    }
-    return good ? 0 : 1;
+// Every scene in double, with images, and in float.
+outcome run_demo(options o, std::ofstream& dump) {
+    const auto start = std::chrono::steady_clock::now();
+    o.scenes = bpt::scene_names();
+    o.scalar = "double";
+    const outcome in_double = run(o, true, dump);
+    o.scalar = "float";
+    const outcome in_float = run(o, false, dump);
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+    std::printf(
+        "%lld paths in double and %lld in float, each weighted three ways, in %.0f s; images are in %s\n",
+        static_cast<long long>(in_double.paths), static_cast<long long>(in_float.paths), seconds.count(),
+        o.output.c_str());
+    return {in_double.good && in_float.good, in_double.paths};
 }
 
 void add_options(CLI::App& app, options& o) {
@@ -269,7 +271,10 @@ int main(int count, char** arguments) {
     check_options(o);
     try {
         std::ofstream dump = open_outputs(o);
-        return o.demo ? run_demo(o, dump) : run(o, dump);
+        if (!o.no_checks)
+            print_heading();
+        const outcome result = o.demo ? run_demo(o, dump) : run(o, true, dump);
+        return result.good ? 0 : 1;
     } catch (const std::exception& error) {
         fail(error.what());
     }

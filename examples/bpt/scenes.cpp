@@ -176,7 +176,7 @@ box_paints cornell_walls(builder& b) {
     b.look({278, 273, -800}, {278, 273, 0}, 0.0125 / 0.035);
     b.s.center = {278, 274, 279.6};
     b.s.radius = 485;
-    b.s.exposure = 0.9;
+    b.s.exposure = 1.6;
     return paint;
 }
 void ceiling_light(builder& b, double select_emission = 1, double select_next_event = 1) {
@@ -288,6 +288,7 @@ void lens(builder& b) {
     b.point_light({100, 400, 300}, {9000, 12000, 20000}, 0.2, 0.45);
     b.environment({0.3, 0.4, 0.6}, {0.3, 0.3, 0.3}, {3, 2, 1}, {0.3, 0.5, -1}, 30, 0.3, 0.3);
     b.look({278, 273, -800}, {278, 273, 0}, 0.0125 / 0.035, 25, 930);
+    b.s.exposure = 0.8;
 }
 
 const std::map<std::string, void (*)(builder&)>& builders() {
