@@ -85,10 +85,11 @@ template <class T> struct measured_vertex {
     T pdf_next_event = 0;
     T pdf_distance_from_camera = 1;
     T pdf_distance_from_light = 1;
-    T cos_to_camera =
-        1; // |cos| of the geometric normal and the edge to x_{i-1}; 1 in a medium and at infinity
-    T cos_to_light = 1;       // the same for the edge to x_{i+1}
-    T distance2_to_light = 1; // squared distance to x_{i+1}; 1 where x_{i+1} is at infinity
+    // |cos| between the geometric normal and the edges to x_{i-1} and x_{i+1}, and the squared length of the
+    // latter. All are 1 at infinity; in a medium the cosines are.
+    T cos_to_camera = 1;
+    T cos_to_light = 1;
+    T distance2_to_light = 1;
     T merge_factor = 1;
 };
 
