@@ -95,10 +95,14 @@ struct builder {
         s.triangles.push_back(t);
         ++s.clusters.back().count;
     }
-    void quad(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d, int material, int light = -1) {
+    void flat_triangle(const dvec3& a, const dvec3& b, const dvec3& c, int material, int light) {
         const dvec3 n = normalize(cross(b - a, c - a));
         triangle_with(a, b, c, material, light, n, n, n);
-        triangle_with(a, c, d, material, light, n, n, n);
+    }
+    // Two triangles: the corners of some published walls do not quite lie in one plane.
+    void quad(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d, int material, int light = -1) {
+        flat_triangle(a, b, c, material, light);
+        flat_triangle(a, c, d, material, light);
     }
     void ball(const dvec3& center, double radius, int material) {
         s.spheres.push_back({center, radius, material});
