@@ -4,6 +4,7 @@
 #pragma once
 
 #include "connect.hpp"
+#include <cstdint>
 
 namespace bpt {
 
