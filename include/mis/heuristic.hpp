@@ -23,6 +23,10 @@
 
 namespace mis {
 
+// For heuristics that are only known at run time. Those below are types, so that nothing is decided in inner
+// loops.
+enum class heuristic_kind : unsigned char { average, balance, power, cutoff, maximum };
+
 // Weight of the first of two techniques with effective densities a and b.
 template <class Heuristic, class T>
 MIS_HOST_DEVICE constexpr T weight_of_first(const Heuristic& heuristic, T a, T b) {

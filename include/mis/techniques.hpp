@@ -101,15 +101,20 @@ MIS_HOST_DEVICE constexpr T count_of(const technique_counts<T>& counts, techniqu
     return T(0);
 }
 
-// The count of a technique for paths of n vertices, 0 where a cap forbids one of its walks. The light point
-// of a next event and the lens point of a camera connection are not vertices of a walk.
+// Whether the caps allow a technique for paths of n vertices. The light point of a next event and the lens
+// point of a camera connection are not vertices of a walk.
 template <class T>
-MIS_HOST_DEVICE constexpr T count_of(const technique_counts<T>& counts, int n, technique t) {
+MIS_HOST_DEVICE constexpr bool is_within_caps(const technique_counts<T>& counts, int n, technique t) {
     const bool merges = t.kind == technique_kind::merge;
     const int camera = t.camera_vertices == 1 && !merges ? 0 : t.camera_vertices;
     const int light = t.kind == technique_kind::next_event ? 0 : n - t.camera_vertices + (merges ? 1 : 0);
-    const bool allowed = camera <= counts.max_camera_vertices && light <= counts.max_light_vertices;
-    return allowed ? count_of(counts, t.kind) : T(0);
+    return camera <= counts.max_camera_vertices && light <= counts.max_light_vertices;
+}
+
+// The count of a technique for paths of n vertices, 0 where a cap forbids one of its walks.
+template <class T>
+MIS_HOST_DEVICE constexpr T count_of(const technique_counts<T>& counts, int n, technique t) {
+    return is_within_caps(counts, n, t) ? count_of(counts, t.kind) : T(0);
 }
 
 // Every count times a factor; the caps stay.

@@ -1,0 +1,707 @@
+// SPDX-License-Identifier: MIT
+// Floor 5: the mistakes that renderers make in their weights, each as a change to the terms of a weight.
+//
+// A mistake leaves a factor out of a density, or puts one in, or changes a count or a rule. Given a record of
+// a path, it therefore predicts the wrong weight that a renderer with that mistake would have claimed.
+// Comparing predictions with claims tells which mistake has been made: diagnosis.hpp. docs/wrong_weights.md
+// explains each of them to the author of a renderer.
+#pragma once
+
+#include <iterator>
+#include <mis/record.hpp>
+
+namespace mis {
+
+// What planting a mistake in the terms of one record has done.
+enum class planted : unsigned char {
+    nothing, // the mistake cannot show in this path
+    changed,
+    unknown // the record lacks the field that `needs` names
+};
+
+// One way of making a mistake. Several ways share an identifier.
+struct mistake {
+    const char* identifier;
+    const char* what;   // what is wrong, a sentence
+    const char* advice; // what to change
+    const char* needs;  // the field without which it cannot be told, or an empty string
+    planted (*plant)(weight_terms& terms, const path_record& record);
+};
+
+namespace detail {
+
+// Whether the camera walk, or the light walk, has made vertex i of the path: both, at a merge.
+inline bool is_on_camera_walk(const path_record& r, int i) { return i < r.technique.camera_vertices; }
+inline bool is_on_light_walk(const path_record& r, int i) {
+    const bool merges = r.technique.kind == technique_kind::merge;
+    return i >= r.technique.camera_vertices - (merges ? 1 : 0);
+}
+
+inline int size_of(const path_record& r) { return static_cast<int>(r.vertices.size()); }
+inline const recorded_vertex& vertex(const path_record& r, int i) {
+    return r.vertices[static_cast<std::size_t>(i)];
+}
+inline double& from_camera(weight_terms& terms, int i) {
+    return terms.from_camera[static_cast<std::size_t>(i)];
+}
+inline double& from_light(weight_terms& terms, int i) {
+    return terms.from_light[static_cast<std::size_t>(i)];
+}
+inline bool is_dirac(const path_record& r, int i) { return vertex(r, i).kind == vertex_kind::dirac; }
+inline bool is_infinite_light(const path_record& r) {
+    return r.vertices.back().kind == vertex_kind::infinite_light;
+}
+
+// Adds to a logarithm; reports whether that is a change.
+inline planted multiply(double& density, double factor) {
+    if (log_density::is_missing(factor) || log_density::is_missing(-factor))
+        return planted::unknown;
+    density += factor;
+    return factor == 0 ? planted::nothing : planted::changed;
+}
+inline planted set(double& term, double value) {
+    const bool same = term == value;
+    term = value;
+    return same ? planted::nothing : planted::changed;
+}
+// What several changes have done together.
+inline planted operator|(planted a, planted b) {
+    if (a == planted::unknown || b == planted::unknown)
+        return planted::unknown;
+    return a == planted::changed || b == planted::changed ? planted::changed : planted::nothing;
+}
+
+// ---- Roulette ----
+
+// Takes a vertex' survival out of the density of the camera walk's next vertex, or of the light walk's.
+inline planted forget_survival_to_light(weight_terms& terms, const path_record& r, int i) {
+    return multiply(from_camera(terms, i + 1), log_of_inverse(vertex(r, i).survival));
+}
+inline planted forget_survival_to_camera(weight_terms& terms, const path_record& r, int i) {
+    const recorded_vertex& x = vertex(r, i);
+    return multiply(from_light(terms, i - 1),
+                    log_of_inverse(is_given(x.photon_survival) ? x.photon_survival : x.survival));
+}
+
+enum class forgotten { both, to_light, to_camera, reverse, forward };
+template <forgotten Which, bool AtDirac> planted forget_survival(weight_terms& terms, const path_record& r) {
+    planted done = planted::nothing;
+    for (int i = 1; i < size_of(r) - 1; ++i) {
+        if (!AtDirac && is_dirac(r, i))
+            continue;
+        const bool camera = is_on_camera_walk(r, i), light = is_on_light_walk(r, i);
+        const bool to_light = Which == forgotten::both || Which == forgotten::to_light ||
+                              (Which == forgotten::reverse && light) ||
+                              (Which == forgotten::forward && camera);
+        const bool to_camera = Which == forgotten::both || Which == forgotten::to_camera ||
+                               (Which == forgotten::reverse && camera) ||
+                               (Which == forgotten::forward && light);
+        if (to_light)
+            done = done | forget_survival_to_light(terms, r, i);
+        if (to_camera)
+            done = done | forget_survival_to_camera(terms, r, i);
+    }
+    return done;
+}
+template <technique_kind Kind> planted forget_survival_in(weight_terms& terms, const path_record& r) {
+    return r.technique.kind == Kind ? forget_survival<forgotten::both, true>(terms, r) : planted::nothing;
+}
+
+// The survival of the other walk's vertex, at a merge.
+enum class exchanged { to_camera, to_light, both };
+template <exchanged Which> planted exchange_survival(weight_terms& terms, const path_record& r) {
+    if (r.technique.kind != technique_kind::merge)
+        return planted::nothing;
+    const int j = r.technique.camera_vertices - 1;
+    const double ratio = log_of(vertex(r, j).survival) + log_of_inverse(vertex(r, j).photon_survival);
+    planted done = planted::nothing;
+    if (Which != exchanged::to_light)
+        done = done | multiply(from_light(terms, j - 1), ratio);
+    if (Which != exchanged::to_camera)
+        done = done | multiply(from_camera(terms, j + 1), -ratio);
+    return done;
+}
+
+// ---- Geometry ----
+
+enum class direction { both, from_camera, from_light };
+constexpr bool includes(direction all, direction one) { return all == direction::both || all == one; }
+
+template <direction Which> planted use_shading_cosines(weight_terms& terms, const path_record& r) {
+    planted done = planted::nothing;
+    for (int i = 1; i < size_of(r) - 1; ++i) {
+        const recorded_vertex& x = vertex(r, i);
+        if (includes(Which, direction::from_camera) && is_given(x.shading_cos_to_camera))
+            done = done | multiply(from_camera(terms, i),
+                                   log_of(x.shading_cos_to_camera) + log_of_inverse(x.cos_to_camera));
+        if (includes(Which, direction::from_light) && is_given(x.shading_cos_to_light))
+            done = done | multiply(from_light(terms, i),
+                                   log_of(x.shading_cos_to_light) + log_of_inverse(x.cos_to_light));
+    }
+    return done;
+}
+
+// |cos| / d^2 of the edge x_{i-1}, x_i at its far end, as seen by each walk, and 1 / d^2 alone.
+inline double log_to_area_from_camera(const path_record& r, int i) {
+    return log_of(vertex(r, i).cos_to_camera) + log_of_inverse(vertex(r, i - 1).distance2_to_light);
+}
+inline double log_to_area_from_light(const path_record& r, int i) {
+    return log_of(vertex(r, i).cos_to_light) + log_of_inverse(vertex(r, i).distance2_to_light);
+}
+
+template <direction Which> planted leave_solid_angle(weight_terms& terms, const path_record& r) {
+    planted done = planted::nothing;
+    for (int i = 1; i < size_of(r); ++i) {
+        if (includes(Which, direction::from_camera))
+            done = done | multiply(from_camera(terms, i), -log_to_area_from_camera(r, i));
+        if (includes(Which, direction::from_light))
+            done = done | multiply(from_light(terms, i - 1), -log_to_area_from_light(r, i - 1));
+    }
+    return done;
+}
+// A recursion that does not convert on arrival loses the distance of the edge in both directions, and the
+// cosine at its far end.
+inline planted leave_solid_angle_in_walks(weight_terms& terms, const path_record& r) {
+    planted done = planted::nothing;
+    for (int i = 1; i < size_of(r); ++i) { // the edge x_{i-1}, x_i
+        const double distance2 = log_of(vertex(r, i - 1).distance2_to_light);
+        if (is_on_camera_walk(r, i))
+            done = done | multiply(from_camera(terms, i), -log_to_area_from_camera(r, i)) |
+                   multiply(from_light(terms, i - 1), distance2);
+        if (is_on_light_walk(r, i - 1))
+            done = done | multiply(from_light(terms, i - 1), -log_to_area_from_light(r, i - 1)) |
+                   multiply(from_camera(terms, i), distance2);
+    }
+    return done;
+}
+inline planted leave_solid_angle_at_light(weight_terms& terms, const path_record& r) {
+    const int last = size_of(r) - 1;
+    return multiply(from_camera(terms, last), -log_to_area_from_camera(r, last));
+}
+inline planted next_event_in_solid_angle(weight_terms& terms, const path_record& r) {
+    return multiply(terms.next_event, -log_to_area_from_camera(r, size_of(r) - 1));
+}
+
+inline planted forget_cosine_at_infinity(weight_terms& terms, const path_record& r) {
+    const int i = size_of(r) - 2;
+    if (!is_infinite_light(r) || i == 0)
+        return planted::nothing;
+    return multiply(from_light(terms, i), log_of_inverse(vertex(r, i).cos_to_light));
+}
+template <direction Which> planted use_distance_at_infinity(weight_terms& terms, const path_record& r) {
+    if (!is_infinite_light(r))
+        return planted::nothing;
+    const int last = size_of(r) - 1;
+    const double factor = log_of_inverse(vertex(r, last).distance2_at_infinity);
+    planted done = planted::nothing;
+    if (includes(Which, direction::from_camera))
+        done = done | multiply(from_camera(terms, last), factor);
+    if (includes(Which, direction::from_light) && last > 1)
+        done = done | multiply(from_light(terms, last - 1), factor);
+    return done;
+}
+
+// ---- Dirac scatterers ----
+
+// What a walk's Dirac choice leads to has density 1: nothing of the edge behind it is left.
+template <bool AndInto> planted drop_dirac_geometry(weight_terms& terms, const path_record& r) {
+    planted done = planted::nothing;
+    for (int i = 1; i < size_of(r) - 1; ++i)
+        if (is_dirac(r, i)) {
+            done = done | set(from_camera(terms, i + 1), 0) | set(from_light(terms, i - 1), 0);
+            if (AndInto)
+                done = done | set(from_camera(terms, i), 0) | set(from_light(terms, i), 0);
+        }
+    return done;
+}
+// The probability of the lobe stays, without cosine and distance of the edge behind.
+inline planted drop_dirac_conversion(weight_terms& terms, const path_record& r) {
+    planted done = planted::nothing;
+    for (int i = 1; i < size_of(r) - 1; ++i)
+        if (is_dirac(r, i))
+            done = done | multiply(from_camera(terms, i + 1), -log_to_area_from_camera(r, i + 1)) |
+                   multiply(from_light(terms, i - 1), -log_to_area_from_light(r, i - 1));
+    return done;
+}
+template <bool AndCosines> planted forget_etendue(weight_terms& terms, const path_record& r) {
+    planted done = planted::nothing;
+    for (int i = 1; i < size_of(r) - 1; ++i) {
+        const recorded_vertex& x = vertex(r, i);
+        if (x.kind != vertex_kind::dirac || x.eta_to_camera == x.eta_to_light) {
+            if (x.kind == vertex_kind::dirac && !is_given(x.eta_to_camera))
+                return planted::unknown;
+            continue; // a reflection: the factors cancel
+        }
+        const double cos_to_light = AndCosines ? log_of_inverse(x.cos_to_light) : 0.0;
+        const double cos_to_camera = AndCosines ? log_of_inverse(x.cos_to_camera) : 0.0;
+        done = done | multiply(from_camera(terms, i + 1), 2 * log_of_inverse(x.eta_to_light) + cos_to_light) |
+               multiply(from_light(terms, i - 1), 2 * log_of_inverse(x.eta_to_camera) + cos_to_camera);
+    }
+    return done;
+}
+template <bool Connections, bool Merges> planted join_dirac(weight_terms& terms, const path_record& r) {
+    planted done = planted::nothing;
+    for (int i = 1; i < size_of(r) - 1; ++i)
+        if (is_dirac(r, i)) {
+            if (Connections)
+                terms.can_connect[static_cast<std::size_t>(i)] = 1;
+            if (Merges)
+                terms.can_merge[static_cast<std::size_t>(i)] = 1;
+            done = planted::changed;
+        }
+    return done;
+}
+
+// ---- Lights ----
+
+inline planted hit_dirac_light(weight_terms& terms, const path_record& r) {
+    terms.light_can_be_hit = true;
+    return r.vertices.back().dirac ? planted::changed : planted::nothing;
+}
+template <bool NextEvent, bool Emission> planted forget_selection(weight_terms& terms, const path_record& r) {
+    const recorded_vertex& light = r.vertices.back();
+    planted done = planted::nothing;
+    if (NextEvent)
+        done = done | multiply(terms.next_event, log_of_inverse(is_given(light.selection_next_event)
+                                                                    ? light.selection_next_event
+                                                                    : light.selection));
+    if (Emission)
+        done = done | multiply(from_light(terms, size_of(r) - 1), log_of_inverse(light.selection));
+    return done;
+}
+inline planted next_event_is_emission(weight_terms& terms, const path_record& r) {
+    return set(terms.next_event, from_light(terms, size_of(r) - 1));
+}
+inline planted emission_is_next_event(weight_terms& terms, const path_record& r) {
+    return set(from_light(terms, size_of(r) - 1), terms.next_event);
+}
+
+// ---- Forward and reverse ----
+
+enum class turned { reverse, inner_reverse, swapped, all_to_light, all_to_camera };
+template <turned Which> planted turn_densities(weight_terms& terms, const path_record& r) {
+    planted done = planted::nothing;
+    for (int i = 1; i < size_of(r) - 1; ++i) {
+        const recorded_vertex& x = vertex(r, i);
+        const bool camera = is_on_camera_walk(r, i), light = is_on_light_walk(r, i);
+        const bool merged = camera && light;
+        const bool inner = Which != turned::inner_reverse ||
+                           (i != r.technique.camera_vertices && i != r.technique.camera_vertices - 1);
+        if (is_dirac(r, i) || merged || !inner)
+            continue;
+        const double ratio = log_of(x.pdf_to_light) + log_of_inverse(x.pdf_to_camera);
+        const bool by_walk = Which == turned::reverse || Which == turned::inner_reverse;
+        const bool swapped = Which == turned::swapped;
+        if ((by_walk && camera) || swapped || Which == turned::all_to_light)
+            done = done | multiply(from_light(terms, i - 1), ratio);
+        if ((by_walk && light) || swapped || Which == turned::all_to_camera)
+            done = done | multiply(from_camera(terms, i + 1), -ratio);
+    }
+    return done;
+}
+// The same for records of area densities.
+inline planted take_area_density_of_other_walk(weight_terms& terms, const path_record& r) {
+    planted done = planted::nothing;
+    for (int i = 1; i < size_of(r) - 1; ++i)
+        if (is_given(vertex(r, i).density_from_camera) && is_given(vertex(r, i).density_from_light))
+            done = done | (is_on_camera_walk(r, i) ? set(from_light(terms, i), from_camera(terms, i))
+                                                   : set(from_camera(terms, i), from_light(terms, i)));
+    return done;
+}
+
+// ---- Counts ----
+
+template <technique_kind Kind> planted forget_count(weight_terms& terms, const path_record&) {
+    double& count = terms.count(Kind);
+    return log_density::is_zero(count) ? planted::nothing : set(count, 0);
+}
+inline planted forget_light_paths(weight_terms& terms, const path_record& r) {
+    return forget_count<technique_kind::camera_connection>(terms, r) |
+           forget_count<technique_kind::direct>(terms, r);
+}
+template <int Power> planted raise_light_paths(weight_terms& terms, const path_record&) {
+    planted done = planted::nothing;
+    for (const auto kind : {technique_kind::camera_connection, technique_kind::direct})
+        if (double& count = terms.count(kind); !log_density::is_zero(count))
+            done = done | set(count, Power * count);
+    return done;
+}
+inline planted forget_all_counts(weight_terms& terms, const path_record& r) {
+    return forget_count<technique_kind::light_hit>(terms, r) |
+           forget_count<technique_kind::next_event>(terms, r) |
+           forget_count<technique_kind::connection>(terms, r);
+}
+inline planted forget_merge_area(weight_terms& terms, const path_record&) {
+    return log_density::is_zero(terms.count(technique_kind::merge)) ? planted::nothing
+                                                                    : set(terms.merge_area, 0);
+}
+
+// What a technique that is off would count, as far as the others tell.
+inline double likely_count(const weight_terms& terms, technique_kind kind) {
+    if (kind == technique_kind::light_hit || kind == technique_kind::next_event ||
+        kind == technique_kind::connection)
+        return 0;
+    double light_walks = 0;
+    for (const auto other :
+         {technique_kind::camera_connection, technique_kind::direct, technique_kind::merge})
+        light_walks = std::max(light_walks, terms.count(other));
+    return light_walks;
+}
+template <technique_kind Kind> planted keep_disabled(weight_terms& terms, const path_record& r) {
+    if (!log_density::is_zero(terms.count(Kind)))
+        return planted::nothing;
+    if (Kind == technique_kind::merge && !is_given(r.radius))
+        return planted::nothing;
+    return set(terms.count(Kind), likely_count(terms, Kind));
+}
+// A technique that others do not know of still weighs itself against them.
+template <technique_kind Kind> planted leave_out(weight_terms& terms, const path_record& r) {
+    if (r.technique.kind == Kind || log_density::is_zero(terms.count(Kind)))
+        return planted::nothing;
+    return set(terms.count(Kind), log_density::zero);
+}
+inline planted ignore_caps(weight_terms& terms, const path_record& r) {
+    terms.caps = {};
+    const bool capped = r.counts.max_camera_vertices != INT_MAX || r.counts.max_light_vertices != INT_MAX;
+    return capped ? planted::changed : planted::nothing;
+}
+
+// ---- Heuristics ----
+
+template <heuristic_kind Kind, int TwiceBeta = 0>
+planted use_heuristic(weight_terms& terms, const path_record&) {
+    const double parameter = TwiceBeta > 0 ? TwiceBeta / 2.0 : terms.parameter;
+    const bool one = terms.heuristic == heuristic_kind::balance ||
+                     (terms.heuristic == heuristic_kind::power && terms.parameter == 1);
+    const bool same = (terms.heuristic == Kind && (TwiceBeta == 0 || terms.parameter == parameter)) ||
+                      (one && (Kind == heuristic_kind::balance || TwiceBeta == 2));
+    terms.heuristic = Kind;
+    terms.parameter = parameter;
+    return same ? planted::nothing : planted::changed;
+}
+template <weight_arithmetic Arithmetic> planted overflow(weight_terms& terms, const path_record& r) {
+    const technique_kind kind = r.technique.kind;
+    const bool path_tracing = log_density::is_zero(terms.count(technique_kind::connection)) &&
+                              log_density::is_zero(terms.count(technique_kind::camera_connection)) &&
+                              log_density::is_zero(terms.count(technique_kind::merge));
+    const bool fits =
+        Arithmetic == weight_arithmetic::float_products ||
+        (path_tracing && (kind == technique_kind::light_hit || kind == technique_kind::next_event));
+    if (terms.heuristic != heuristic_kind::power || !fits)
+        return planted::nothing;
+    terms.arithmetic = Arithmetic;
+    return planted::changed;
+}
+template <tie Ties> planted break_ties(weight_terms& terms, const path_record&) {
+    terms.ties = Ties;
+    return terms.heuristic == heuristic_kind::maximum ? planted::changed : planted::nothing;
+}
+
+} // namespace detail
+
+// All of them. Planted together, they are planted in this order: factors of densities first, then what
+// replaces densities, then what exists, counts, and the heuristic.
+//
+// Each was found in published renderers; [J] 4 gives the rule behind most of them: what multiplies the
+// sampled throughput must divide the density.
+inline constexpr mistake mistakes[] = {
+    {"roulette_omitted", "Survival probabilities are left out of the densities.",
+     "Multiply the survival probability of a vertex into every density of a direction that leaves it, "
+     "forward and reverse, wherever the walk's throughput is divided by it.",
+     "survival", detail::forget_survival<detail::forgotten::both, true>},
+    {"roulette_omitted", "Survival probabilities are left out of the densities, except at Dirac vertices.",
+     "Multiply the survival probability of a vertex into every density of a direction that leaves it, "
+     "forward and reverse, wherever the walk's throughput is divided by it.",
+     "survival", detail::forget_survival<detail::forgotten::both, false>},
+    {"roulette_one_sided", "Survival probabilities are left out of the reverse densities.",
+     "The density of the other walk through a vertex includes the survival there as well: multiply it in.",
+     "survival", detail::forget_survival<detail::forgotten::reverse, true>},
+    {"roulette_one_sided",
+     "Survival probabilities are left out of the reverse densities, except at Dirac vertices.",
+     "The density of the other walk through a vertex includes the survival there as well: multiply it in.",
+     "survival", detail::forget_survival<detail::forgotten::reverse, false>},
+    {"roulette_one_sided", "Survival probabilities are left out of the forward densities.",
+     "The density that a walk has sampled with includes the probability that it went on: multiply it in.",
+     "survival", detail::forget_survival<detail::forgotten::forward, true>},
+    {"roulette_one_sided", "Survival probabilities are left out of the camera walk's densities.",
+     "Multiply survival into the densities towards the light, as into those towards the camera.", "survival",
+     detail::forget_survival<detail::forgotten::to_light, true>},
+    {"roulette_one_sided", "Survival probabilities are left out of the light walk's densities.",
+     "Multiply survival into the densities towards the camera, as into those towards the light.", "survival",
+     detail::forget_survival<detail::forgotten::to_camera, true>},
+    {"roulette_one_sided", "Survival probabilities are left out of the weights of light hits only.",
+     "All techniques must use the same densities: include survival in the weight of this one too.",
+     "survival", detail::forget_survival_in<technique_kind::light_hit>},
+    {"roulette_one_sided", "Survival probabilities are left out of the weights of next events only.",
+     "All techniques must use the same densities: include survival in the weight of this one too.",
+     "survival", detail::forget_survival_in<technique_kind::next_event>},
+    {"roulette_one_sided", "Survival probabilities are left out of the weights of connections only.",
+     "All techniques must use the same densities: include survival in the weight of this one too.",
+     "survival", detail::forget_survival_in<technique_kind::connection>},
+    {"roulette_one_sided", "Survival probabilities are left out of the weights of camera connections only.",
+     "All techniques must use the same densities: include survival in the weight of this one too.",
+     "survival", detail::forget_survival_in<technique_kind::camera_connection>},
+    {"roulette_one_sided", "Survival probabilities are left out of the weights of merges only.",
+     "All techniques must use the same densities: include survival in the weight of this one too.",
+     "survival", detail::forget_survival_in<technique_kind::merge>},
+    {"merge_roulette",
+     "At a merge, the density towards the camera has the survival of the camera walk's vertex instead of the "
+     "photon's.",
+     "At a merge, the light walk would go on from the photon's vertex and the camera walk from the camera's: "
+     "each density takes the survival of its own.",
+     "photon.survival", detail::exchange_survival<detail::exchanged::to_camera>},
+    {"merge_roulette",
+     "At a merge, the density towards the light has the survival of the photon's vertex instead of the "
+     "camera walk's.",
+     "At a merge, the light walk would go on from the photon's vertex and the camera walk from the camera's: "
+     "each density takes the survival of its own.",
+     "photon.survival", detail::exchange_survival<detail::exchanged::to_light>},
+    {"merge_roulette", "At a merge, the survivals of the two walks' vertices are exchanged.",
+     "At a merge, the light walk would go on from the photon's vertex and the camera walk from the camera's: "
+     "each density takes the survival of its own.",
+     "photon.survival", detail::exchange_survival<detail::exchanged::both>},
+    {"shading_normal", "Densities are converted to area with the shading normal's cosine.",
+     "Convert densities to area with the cosine of the geometric normal; or, with shading cosines, divide "
+     "the light walk's densities by Veach's factor.",
+     "", detail::use_shading_cosines<detail::direction::both>},
+    {"shading_normal", "The camera walk's densities are converted to area with the shading normal's cosine.",
+     "Convert densities to area with the cosine of the geometric normal; or, with shading cosines, divide "
+     "the light walk's densities by Veach's factor.",
+     "", detail::use_shading_cosines<detail::direction::from_camera>},
+    {"shading_normal", "The light walk's densities are converted to area with the shading normal's cosine.",
+     "Convert densities to area with the cosine of the geometric normal; or, with shading cosines, divide "
+     "the light walk's densities by Veach's factor.",
+     "", detail::use_shading_cosines<detail::direction::from_light>},
+    {"solid_angle_as_area",
+     "Walks do not convert densities to area on arrival: distance and cosine are missing.",
+     "Multiply a density per solid angle by |cos| / distance^2 at the vertex that the direction arrives at.",
+     "cos_to_camera, cos_to_light and distance, or positions and normals",
+     detail::leave_solid_angle_in_walks},
+    {"solid_angle_as_area", "Densities per solid angle stand for densities per area in both directions.",
+     "Multiply a density per solid angle by |cos| / distance^2 at the vertex that the direction arrives at.",
+     "cos_to_camera, cos_to_light and distance, or positions and normals",
+     detail::leave_solid_angle<detail::direction::both>},
+    {"solid_angle_as_area", "The camera walk's densities per solid angle stand for densities per area.",
+     "Multiply a density per solid angle by |cos| / distance^2 at the vertex that the direction arrives at.",
+     "cos_to_camera, cos_to_light and distance, or positions and normals",
+     detail::leave_solid_angle<detail::direction::from_camera>},
+    {"solid_angle_as_area", "The light walk's densities per solid angle stand for densities per area.",
+     "Multiply a density per solid angle by |cos| / distance^2 at the vertex that the direction arrives at.",
+     "cos_to_camera, cos_to_light and distance, or positions and normals",
+     detail::leave_solid_angle<detail::direction::from_light>},
+    {"solid_angle_as_area", "The density of hitting the light stays per solid angle.",
+     "Convert it to area, or the light sampler's density to solid angle, before the two are compared.",
+     "cos_to_camera, cos_to_light and distance, or positions and normals",
+     detail::leave_solid_angle_at_light},
+    {"solid_angle_as_area", "The next-event density is per solid angle where the others are per area.",
+     "Convert it to area: multiply by |cos| / distance^2 at the light.",
+     "cos_to_camera, cos_to_light and distance, or positions and normals", detail::next_event_in_solid_angle},
+    {"environment_measure", "The cosine is missing where a light walk arrives from an infinite light.",
+     "At an infinite light, densities of positions are per solid angle: no cosine, no distance. The light "
+     "walk's first vertex has |cos|, and no distance.",
+     "cos_to_light, or a normal", detail::forget_cosine_at_infinity},
+    {"environment_measure", "A distance is applied to densities at an infinite light.",
+     "At an infinite light, densities of positions are per solid angle: no cosine, no distance. The light "
+     "walk's first vertex has |cos|, and no distance.",
+     "position of the infinite light", detail::use_distance_at_infinity<detail::direction::both>},
+    {"environment_measure", "A distance is applied where a camera walk leaves for an infinite light.",
+     "At an infinite light, densities of positions are per solid angle: no cosine, no distance. The light "
+     "walk's first vertex has |cos|, and no distance.",
+     "position of the infinite light", detail::use_distance_at_infinity<detail::direction::from_camera>},
+    {"environment_measure", "A distance is applied where a light walk arrives from an infinite light.",
+     "At an infinite light, densities of positions are per solid angle: no cosine, no distance. The light "
+     "walk's first vertex has |cos|, and no distance.",
+     "position of the infinite light", detail::use_distance_at_infinity<detail::direction::from_light>},
+    {"dirac_etendue",
+     "At Dirac refractions eta^2 and the cosines are left out. The image is right, but its variance is "
+     "higher.",
+     "At a refraction the discrete probabilities are those of basic etendue: multiply each by eta^2 |cos| of "
+     "the side it leaves to.",
+     "eta_to_camera and eta_to_light", detail::forget_etendue<true>},
+    {"dirac_etendue",
+     "At Dirac refractions eta^2 is left out. The image is right, but its variance is higher.",
+     "At a refraction the discrete probabilities are those of basic etendue: multiply each by eta^2 |cos| of "
+     "the side it leaves to.",
+     "eta_to_camera and eta_to_light", detail::forget_etendue<false>},
+    {"reverse_is_forward", "Forward densities stand for reverse ones.",
+     "The reverse density at a vertex is that of going back the way the walk came, given that it came from "
+     "where it goes: evaluate the sampler with the two directions exchanged.",
+     "pdf_to_camera and pdf_to_light", detail::turn_densities<detail::turned::reverse>},
+    {"reverse_is_forward",
+     "Forward densities stand for reverse ones where a walk goes on, but not at its last vertex.",
+     "The reverse density at a vertex is that of going back the way the walk came, given that it came from "
+     "where it goes: evaluate the sampler with the two directions exchanged.",
+     "pdf_to_camera and pdf_to_light", detail::turn_densities<detail::turned::inner_reverse>},
+    {"reverse_is_forward", "Forward and reverse densities are exchanged.",
+     "The reverse density at a vertex is that of going back the way the walk came, given that it came from "
+     "where it goes: evaluate the sampler with the two directions exchanged.",
+     "pdf_to_camera and pdf_to_light", detail::turn_densities<detail::turned::swapped>},
+    {"reverse_is_forward", "Densities towards the light stand for those towards the camera.",
+     "The reverse density at a vertex is that of going back the way the walk came, given that it came from "
+     "where it goes: evaluate the sampler with the two directions exchanged.",
+     "pdf_to_camera and pdf_to_light", detail::turn_densities<detail::turned::all_to_light>},
+    {"reverse_is_forward", "Densities towards the camera stand for those towards the light.",
+     "The reverse density at a vertex is that of going back the way the walk came, given that it came from "
+     "where it goes: evaluate the sampler with the two directions exchanged.",
+     "pdf_to_camera and pdf_to_light", detail::turn_densities<detail::turned::all_to_camera>},
+    {"reverse_is_forward", "A walk's density at a vertex stands for that of the other walk.",
+     "The reverse density at a vertex is that of going back the way the walk came, given that it came from "
+     "where it goes: evaluate the sampler with the two directions exchanged.",
+     "", detail::take_area_density_of_other_walk},
+    {"selection_omitted", "The probability of picking the light is left out of the next-event density.",
+     "The probability of picking the light belongs to the density of every point on it, for next events and "
+     "for the light walk's start.",
+     "selection", detail::forget_selection<true, false>},
+    {"selection_omitted",
+     "The probability of picking the light is left out of the next-event and the emission density.",
+     "The probability of picking the light belongs to the density of every point on it, for next events and "
+     "for the light walk's start.",
+     "selection", detail::forget_selection<true, true>},
+    {"selection_omitted", "The probability of picking the light is left out of the emission density.",
+     "The probability of picking the light belongs to the density of every point on it, for next events and "
+     "for the light walk's start.",
+     "selection", detail::forget_selection<false, true>},
+    {"next_event_is_emission", "The emission density stands where the next-event density belongs.",
+     "Next events and light walks may sample lights differently: keep two densities for a point on a light, "
+     "pdf_next_event and pdf_position.",
+     "", detail::next_event_is_emission},
+    {"next_event_is_emission", "The next-event density stands where the emission density belongs.",
+     "Next events and light walks may sample lights differently: keep two densities for a point on a light, "
+     "pdf_next_event and pdf_position.",
+     "", detail::emission_is_next_event},
+    {"dirac_geometry",
+     "Densities of what a Dirac choice leads to are replaced by 1, which drops cosines and distances.",
+     "Keep the geometry: densities on both sides of a Dirac vertex are converted to area as everywhere. Only "
+     "joining or merging at it is impossible.",
+     "", detail::drop_dirac_geometry<false>},
+    {"dirac_geometry",
+     "All densities around a Dirac vertex are replaced by 1, which drops cosines and distances.",
+     "Keep the geometry: densities on both sides of a Dirac vertex are converted to area as everywhere. Only "
+     "joining or merging at it is impossible.",
+     "", detail::drop_dirac_geometry<true>},
+    {"dirac_geometry",
+     "The probability of a Dirac choice is not converted to area: cosine and distance of the edge behind are "
+     "missing.",
+     "Keep the geometry: densities on both sides of a Dirac vertex are converted to area as everywhere. Only "
+     "joining or merging at it is impossible.",
+     "cos_to_camera, cos_to_light and distance, or positions and normals", detail::drop_dirac_conversion},
+    {"dirac_light", "A point or directional light is weighted as if a walk could hit it.",
+     "Set the light-hit term to 0 for lights that no walk can hit.", "", detail::hit_dirac_light},
+    {"dirac_connectible", "Dirac vertices count as connectible and mergeable.",
+     "A Dirac vertex cannot be joined to anything: leave out the techniques that would.", "",
+     detail::join_dirac<true, true>},
+    {"dirac_connectible", "Dirac vertices count as connectible.",
+     "A Dirac vertex cannot be joined to anything: leave out the techniques that would.", "",
+     detail::join_dirac<true, false>},
+    {"dirac_connectible", "Dirac vertices count as mergeable.",
+     "A Dirac vertex cannot be joined to anything: leave out the techniques that would.", "",
+     detail::join_dirac<false, true>},
+    {"light_paths_missing", "The number of light paths is left out of the camera connection.",
+     "Multiply the camera connection's density by the number of light walks per image.", "",
+     detail::forget_light_paths},
+    {"light_paths_twice", "The number of light paths is applied twice to the camera connection.",
+     "Apply it once: to the density, or inside it, but not both.", "", detail::raise_light_paths<2>},
+    {"light_paths_twice", "The camera connection is divided by the number of light paths.",
+     "Multiply its density by it. A crop window changes the number of camera walks, not that of light walks.",
+     "", detail::raise_light_paths<-1>},
+    {"counts_omitted", "The number of next-event samples is left out.",
+     "A technique that takes n samples has n times the density: multiply it in, in every weight.", "",
+     detail::forget_count<technique_kind::next_event>},
+    {"counts_omitted", "The count of connections is left out.",
+     "A technique that takes n samples has n times the density: multiply it in, in every weight.", "",
+     detail::forget_count<technique_kind::connection>},
+    {"counts_omitted", "The counts of all techniques that start at the camera are left out.",
+     "A technique that takes n samples has n times the density: multiply it in, in every weight.", "",
+     detail::forget_all_counts},
+    {"photon_count", "The number of photons is left out of merges.",
+     "Every camera vertex may merge with all light walks: multiply the merge's density by their number.", "",
+     detail::forget_count<technique_kind::merge>},
+    {"merge_area", "The area of the query disk is left out of merges.",
+     "Multiply the merge's density by pi r^2: without it, weights change with the scale of the scene.", "",
+     detail::forget_merge_area},
+    {"disabled_technique", "Light hits are switched off but still stand in the denominator.",
+     "Set the count of a technique that is off to 0 in every weight.", "",
+     detail::keep_disabled<technique_kind::light_hit>},
+    {"disabled_technique", "Next events are switched off but still stand in the denominator.",
+     "Set the count of a technique that is off to 0 in every weight.", "",
+     detail::keep_disabled<technique_kind::next_event>},
+    {"disabled_technique", "Connections are switched off but still stand in the denominator.",
+     "Set the count of a technique that is off to 0 in every weight.", "",
+     detail::keep_disabled<technique_kind::connection>},
+    {"disabled_technique", "Camera connections are switched off but still stand in the denominator.",
+     "Set the count of a technique that is off to 0 in every weight.", "",
+     detail::keep_disabled<technique_kind::camera_connection>},
+    {"disabled_technique",
+     "Direct connections of light and lens are switched off but still stand in the denominator.",
+     "Set the count of a technique that is off to 0 in every weight.", "",
+     detail::keep_disabled<technique_kind::direct>},
+    {"disabled_technique", "Merges are switched off but still stand in the denominator.",
+     "Set the count of a technique that is off to 0 in every weight.", "",
+     detail::keep_disabled<technique_kind::merge>},
+    {"disabled_technique", "Hits of the lens are switched off but still stand in the denominator.",
+     "Set the count of a technique that is off to 0 in every weight.", "",
+     detail::keep_disabled<technique_kind::camera_hit>},
+    {"missing_technique", "Light hits are missing in the other techniques' weights.",
+     "Add the technique to the denominator of all weights of paths that it can make.", "",
+     detail::leave_out<technique_kind::light_hit>},
+    {"missing_technique", "Next events are missing in the other techniques' weights.",
+     "Add the technique to the denominator of all weights of paths that it can make.", "",
+     detail::leave_out<technique_kind::next_event>},
+    {"missing_technique", "Connections are missing in the other techniques' weights.",
+     "Add the technique to the denominator of all weights of paths that it can make.", "",
+     detail::leave_out<technique_kind::connection>},
+    {"missing_technique", "Camera connections are missing in the other techniques' weights.",
+     "Add the technique to the denominator of all weights of paths that it can make.", "",
+     detail::leave_out<technique_kind::camera_connection>},
+    {"missing_technique",
+     "Direct connections of light and lens are missing in the other techniques' weights.",
+     "Add the technique to the denominator of all weights of paths that it can make.", "",
+     detail::leave_out<technique_kind::direct>},
+    {"missing_technique", "Merges are missing in the other techniques' weights.",
+     "Add the technique to the denominator of all weights of paths that it can make.", "",
+     detail::leave_out<technique_kind::merge>},
+    {"subpath_caps", "The caps of sub-path lengths are ignored.",
+     "Leave out the techniques whose sub-paths would be longer than the caps; or cap the path's total length "
+     "instead, which changes no weight.",
+     "", detail::ignore_caps},
+    {"wrong_heuristic", "The weights are those of the balance heuristic.",
+     "Use the heuristic that is claimed, or claim the one that is used.", "",
+     detail::use_heuristic<heuristic_kind::balance>},
+    {"wrong_heuristic", "The weights are those of the power heuristic with beta = 2.",
+     "Use the heuristic that is claimed, or claim the one that is used.", "",
+     detail::use_heuristic<heuristic_kind::power, 4>},
+    {"wrong_heuristic", "The weights are those of the power heuristic with beta = 1.5.",
+     "Use the heuristic that is claimed, or claim the one that is used.", "",
+     detail::use_heuristic<heuristic_kind::power, 3>},
+    {"wrong_heuristic", "The weights are those of the power heuristic with beta = 1/2.",
+     "Use the heuristic that is claimed, or claim the one that is used.", "",
+     detail::use_heuristic<heuristic_kind::power, 1>},
+    {"wrong_heuristic", "The weights are those of the power heuristic with beta = 3.",
+     "Use the heuristic that is claimed, or claim the one that is used.", "",
+     detail::use_heuristic<heuristic_kind::power, 6>},
+    {"wrong_heuristic", "The weights are those of the power heuristic with beta = 4.",
+     "Use the heuristic that is claimed, or claim the one that is used.", "",
+     detail::use_heuristic<heuristic_kind::power, 8>},
+    {"wrong_heuristic", "The weights are those of the maximum heuristic.",
+     "Use the heuristic that is claimed, or claim the one that is used.", "",
+     detail::use_heuristic<heuristic_kind::maximum>},
+    {"wrong_heuristic", "All possible techniques weigh the same.",
+     "Use the heuristic that is claimed, or claim the one that is used.", "",
+     detail::use_heuristic<heuristic_kind::average>},
+    {"power_overflow", "q^beta leaves the range of float.",
+     "Divide all densities by the largest before they are raised to the power, or work in double.", "",
+     detail::overflow<weight_arithmetic::float_products>},
+    {"power_overflow", "The two squared densities per area leave the range of float.",
+     "Divide all densities by the largest before they are raised to the power, or work in double.", "",
+     detail::overflow<weight_arithmetic::float_area>},
+    {"power_overflow", "The two squared densities per solid angle leave the range of float.",
+     "Divide all densities by the largest before they are raised to the power, or work in double.", "",
+     detail::overflow<weight_arithmetic::float_solid_angle>},
+    {"maximum_tie", "Each of several techniques that tie for the largest density has weight 1.",
+     "Techniques that tie for the largest density share 1 equally.", "", detail::break_ties<tie::all_win>},
+    {"maximum_tie", "None of several techniques that tie for the largest density has weight 1.",
+     "Techniques that tie for the largest density share 1 equally.", "", detail::break_ties<tie::all_lose>},
+};
+inline constexpr std::size_t mistake_count = std::size(mistakes);
+
+} // namespace mis

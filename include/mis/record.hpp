@@ -1,0 +1,420 @@
+// SPDX-License-Identifier: MIT
+// Floor 4: one weighted contribution of a renderer, as written down for checking. docs/path_dump.md describes
+// the same as JSON.
+//
+// A record holds what a renderer claims, its weight, and what the weight should follow from. Unlike the
+// records of path.hpp it may be incomplete: densities may be given per solid angle with their geometry or per
+// area, and some fields are only needed to tell one mistake from another.
+//
+// For tests and tools on the host; it allocates, and everything is in double.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <mis/path.hpp>
+#include <vector>
+
+namespace mis {
+
+// Stands for a number that a record does not have.
+inline constexpr double not_given = -std::numeric_limits<double>::max();
+
+constexpr bool is_given(double x) { return x != not_given; }
+
+// A vertex x_i of a path, from camera to light. Units as in path.hpp: densities per solid angle with roulette
+// survival and light selection included, cosines with geometric normals.
+struct recorded_vertex {
+    vertex_kind kind = vertex_kind::surface;
+    bool dirac = false; // end points only: no walk can hit it
+
+    double pdf_to_light = not_given;
+    double pdf_to_camera = not_given;
+    double pdf_position = not_given;   // end points only
+    double pdf_next_event = not_given; // end points only; pdf_position where not given
+    double pdf_distance_from_camera = 1;
+    double pdf_distance_from_light = 1;
+    double merge_factor = 1;
+
+    // The edges to x_{i-1} and x_{i+1}; in media and at infinity the cosines are 1. The squared distance is
+    // that to x_{i+1}, at infinity 1.
+    double cos_to_camera = not_given;
+    double cos_to_light = not_given;
+    double distance2_to_light = not_given;
+
+    // P-> and P<- per area, for renderers that keep those. They take precedence over all of the above.
+    double density_from_camera = not_given;
+    double density_from_light = not_given;
+
+    // Only to tell mistakes apart.
+    double survival = not_given;             // roulette, already inside this vertex's densities
+    double photon_survival = not_given;      // merges: that of the light walk's vertex
+    double selection = not_given;            // light selection, already inside pdf_position
+    double selection_next_event = not_given; // that inside pdf_next_event; `selection` where not given
+    double eta_to_camera = not_given;        // refractive indices on both sides of a Dirac vertex
+    double eta_to_light = not_given;
+    double shading_cos_to_camera = not_given; // with the shading normal; as cos_to_* where not given
+    double shading_cos_to_light = not_given;
+    double distance2_at_infinity = not_given; // infinite light: to the point where the renderer places it
+};
+
+struct path_record {
+    std::int64_t line = 0; // where it has been read, for messages
+    mis::technique technique{};
+    double weight = 0; // as claimed
+    heuristic_kind heuristic = heuristic_kind::balance;
+    double parameter = 2; // beta of power, alpha of cutoff
+
+    // Numbers of samples; `merge` is a number of light walks, without the area of the disk. The caps are
+    // those of sub-paths.
+    technique_counts<double> counts;
+    double radius = not_given; // of merges
+    std::vector<recorded_vertex> vertices;
+};
+
+// ---- Numbers that are none ----
+
+// False for NaN and the infinities, also under -ffast-math, where comparisons may not tell.
+inline bool is_number(double x) {
+    std::uint64_t bits = 0;
+    std::memcpy(&bits, &x, sizeof x);
+    return (bits >> 52 & 0x7ff) != 0x7ff;
+}
+
+// A field of a record: vertex -1 means the record itself. `field` is null where there is none.
+struct record_place {
+    int vertex = -1;
+    const char* field = nullptr;
+};
+
+// The first number of a record's vertices that is NaN, infinite or negative: what a weight that is no number
+// may come from.
+inline record_place first_bad_number(const path_record& record) {
+    using field = std::pair<const char*, double recorded_vertex::*>;
+    static constexpr std::array<field, 12> fields{
+        {{"pdf_position", &recorded_vertex::pdf_position},
+         {"pdf_next_event", &recorded_vertex::pdf_next_event},
+         {"pdf_to_camera", &recorded_vertex::pdf_to_camera},
+         {"pdf_to_light", &recorded_vertex::pdf_to_light},
+         {"density_from_camera", &recorded_vertex::density_from_camera},
+         {"density_from_light", &recorded_vertex::density_from_light},
+         {"cos_to_camera", &recorded_vertex::cos_to_camera},
+         {"cos_to_light", &recorded_vertex::cos_to_light},
+         {"distance", &recorded_vertex::distance2_to_light},
+         {"survival", &recorded_vertex::survival},
+         {"pdf_distance_from_camera", &recorded_vertex::pdf_distance_from_camera},
+         {"pdf_distance_from_light", &recorded_vertex::pdf_distance_from_light}}};
+    for (std::size_t i = 0; i < record.vertices.size(); ++i)
+        for (const auto& [name, member] : fields)
+            if (const double x = record.vertices[i].*member; is_given(x) && !(is_number(x) && x >= 0))
+                return {static_cast<int>(i), name};
+    return {};
+}
+
+// ---- The weight that follows from a record ----
+
+// Everything here is the logarithm of a density, so that products of any length are sums and a factor that
+// is forgotten, or too many, is a difference. Three numbers stand for what has no logarithm; they add up as
+// they should: 0 times anything is 0, and infinity times what is not given is not given.
+namespace log_density {
+inline constexpr double zero = -1e15;
+inline constexpr double infinite = 1e10;
+inline constexpr double missing = 1e13;
+
+constexpr bool is_zero(double q) { return q < -1e14; }
+constexpr bool is_missing(double q) { return q > 9e12 && q < 5e14; }
+constexpr bool is_infinite(double q) { return q > 1e9 && !is_missing(q); }
+} // namespace log_density
+
+inline double log_of(double x) {
+    if (!is_given(x))
+        return log_density::missing;
+    if (!(x > 0))
+        return log_density::zero;
+    return is_number(x) ? std::log(x) : log_density::infinite;
+}
+
+inline double log_of_inverse(double x) {
+    if (!is_given(x))
+        return log_density::missing;
+    return x > 0 ? (is_number(x) ? -std::log(x) : log_density::zero) : log_density::infinite;
+}
+
+// How a renderer computes q^beta / sum q^beta; anything but `exact` is a mistake.
+enum class weight_arithmetic : unsigned char {
+    exact,
+    float_products,   // q^beta in float, of densities of whole paths
+    float_area,       // of the last densities per area: a path tracer's light hit against next event
+    float_solid_angle // of the same per solid angle
+};
+
+// What the maximum heuristic gives to densities that tie.
+enum class tie : unsigned char { shared, all_win, all_lose };
+
+// What one weight is computed from: densities, counts, rules. The edges' geometry is in the densities.
+struct weight_terms {
+    technique made_by{};
+    heuristic_kind heuristic = heuristic_kind::balance;
+    double parameter = 2;
+    weight_arithmetic arithmetic = weight_arithmetic::exact;
+    tie ties = tie::shared;
+
+    std::vector<double> from_camera, from_light; // P-> and P<- of each vertex
+    std::vector<double> merge_factors;
+    std::vector<unsigned char> can_connect, can_merge; // 0 at Dirac scatterers
+    double next_event = 0;                             // of the light point
+    double camera_connection = 0;                      // of the lens point
+    bool light_can_be_hit = true, camera_can_be_hit = false;
+
+    std::array<double, 7> counts{}; // by technique_kind; merges without their area
+    double merge_area = 0;
+    double last_to_area = 0;       // |cos| / d^2 at the light
+    technique_counts<double> caps; // max_camera_vertices, max_light_vertices; counts unused
+
+    double& count(technique_kind kind) { return counts[static_cast<std::size_t>(kind)]; }
+    double count(technique_kind kind) const { return counts[static_cast<std::size_t>(kind)]; }
+};
+
+inline int size_of(const weight_terms& terms) { return static_cast<int>(terms.from_camera.size()); }
+
+namespace detail {
+
+// P-> of x_i, or P<-: the density at the neighbour, converted to area.
+inline double log_from_camera(const path_record& record, std::size_t i) {
+    const recorded_vertex& x = record.vertices[i];
+    if (is_given(x.density_from_camera))
+        return log_of(x.density_from_camera);
+    if (i == 0)
+        return is_given(x.pdf_position) ? log_of(x.pdf_position) : 0.0;
+    const recorded_vertex& previous = record.vertices[i - 1];
+    return log_of(previous.pdf_to_light) + log_of(x.cos_to_camera) + log_of(x.pdf_distance_from_camera) +
+           log_of_inverse(previous.distance2_to_light);
+}
+inline double log_from_light(const path_record& record, std::size_t i) {
+    const recorded_vertex& x = record.vertices[i];
+    if (is_given(x.density_from_light))
+        return log_of(x.density_from_light);
+    if (i + 1 == record.vertices.size())
+        return log_of(x.pdf_position);
+    return log_of(record.vertices[i + 1].pdf_to_camera) + log_of(x.cos_to_light) +
+           log_of(x.pdf_distance_from_light) + log_of_inverse(x.distance2_to_light);
+}
+
+} // namespace detail
+
+// The terms of the right weight. `terms` is reused: nothing is allocated once it has held a longer path.
+inline void terms_of(const path_record& record, weight_terms& terms) {
+    const std::size_t n = record.vertices.size();
+    terms.made_by = record.technique;
+    terms.heuristic = record.heuristic;
+    terms.parameter = record.parameter;
+    terms.arithmetic = weight_arithmetic::exact;
+    terms.ties = tie::shared;
+    terms.from_camera.resize(n);
+    terms.from_light.resize(n);
+    terms.merge_factors.resize(n);
+    terms.can_connect.resize(n);
+    for (std::size_t i = 0; i < n; ++i) {
+        terms.from_camera[i] = detail::log_from_camera(record, i);
+        terms.from_light[i] = detail::log_from_light(record, i);
+        terms.merge_factors[i] = log_of(record.vertices[i].merge_factor);
+        terms.can_connect[i] = record.vertices[i].kind != vertex_kind::dirac;
+    }
+    terms.can_merge = terms.can_connect;
+    const recorded_vertex &camera = record.vertices.front(), &light = record.vertices.back();
+    terms.next_event =
+        is_given(light.pdf_next_event) ? log_of(light.pdf_next_event) : terms.from_light[n - 1];
+    terms.camera_connection =
+        is_given(camera.pdf_next_event) ? log_of(camera.pdf_next_event) : terms.from_camera[0];
+    terms.light_can_be_hit = !light.dirac;
+    terms.camera_can_be_hit = !camera.dirac;
+    for (std::size_t kind = 0; kind < terms.counts.size(); ++kind)
+        terms.counts[kind] = log_of(count_of(record.counts, static_cast<technique_kind>(kind)));
+    terms.merge_area = is_given(record.radius) ? log_of(merge_area(record.radius)) : 0.0;
+    const double last = record.vertices[n - 2].pdf_to_light;
+    terms.last_to_area = is_given(last) ? terms.from_camera[n - 1] - log_of(last) : 0.0;
+    terms.caps = record.counts;
+}
+
+// Whether a path's vertices allow a technique, and whether it is switched on and within the caps.
+inline bool is_on(const weight_terms& terms, technique t) {
+    const std::size_t s = static_cast<std::size_t>(t.camera_vertices);
+    if (log_density::is_zero(terms.count(t.kind)) || !is_within_caps(terms.caps, size_of(terms), t))
+        return false;
+    switch (t.kind) {
+    case technique_kind::camera_hit:
+        return terms.camera_can_be_hit;
+    case technique_kind::light_hit:
+        return terms.light_can_be_hit;
+    case technique_kind::merge:
+        return terms.can_merge[s - 1] != 0;
+    default:
+        return terms.can_connect[s - 1] != 0 && terms.can_connect[s] != 0;
+    }
+}
+
+// A weight as it follows from its terms.
+struct expected_weight {
+    double weight = 0;
+    bool undecided = false; // hangs on the rounding of densities: maximum and cutoff
+    int missing = -1;       // place of a technique whose density is not given, see technique_at
+};
+
+namespace detail {
+
+// Calls visit(place, effective density) for every technique that is on: products of P-> up to the edge or
+// vertex, and of P<- from there.
+template <class Visit> void for_each_log_density(const weight_terms& terms, Visit&& visit) {
+    const int n = size_of(terms);
+    double behind[256];
+    std::vector<double> long_path;
+    double* from_light = behind; // the light walk's product up to x_i
+    if (n >= 256) {
+        long_path.resize(static_cast<std::size_t>(n) + 1);
+        from_light = long_path.data();
+    }
+    from_light[n] = 0;
+    for (int i = n - 1; i >= 0; --i)
+        from_light[i] = from_light[i + 1] + terms.from_light[static_cast<std::size_t>(i)];
+    double from_camera = 0;
+    for (int s = 0; s <= n; ++s) {
+        const technique t = technique_at(n, s);
+        if (is_on(terms, t)) {
+            double q = from_camera + from_light[s];
+            if (t.kind == technique_kind::camera_connection)
+                q = terms.camera_connection + from_light[1];
+            if (t.kind == technique_kind::next_event)
+                q = from_camera + terms.next_event;
+            visit(s, q + terms.count(t.kind));
+        }
+        if (s == n)
+            break;
+        const std::size_t i = static_cast<std::size_t>(s);
+        from_camera += terms.from_camera[i];
+        if (s >= 1 && s <= n - 2 && is_on(terms, {technique_kind::merge, s + 1}))
+            visit(n + s, from_camera + from_light[s] + terms.merge_factors[i] +
+                             terms.count(technique_kind::merge) + terms.merge_area);
+    }
+}
+
+// Two sums of logarithms that are closer are the same density.
+inline constexpr double rounding_of_sums = 1e-11;
+
+inline double log_product(const std::vector<double>& densities, int count) {
+    double sum = 0;
+    for (int i = 0; i < count; ++i)
+        sum += densities[static_cast<std::size_t>(i)];
+    return sum;
+}
+
+// The weight with q^beta and its sum in float, and so with all that overflows and underflows there.
+inline double weight_in_float(const weight_terms& terms) {
+    const int n = size_of(terms);
+    const double common = // what a path tracer leaves out of both its densities
+        terms.arithmetic == weight_arithmetic::float_products
+            ? 0.0
+            : log_product(terms.from_camera, n - 1) +
+                  (terms.arithmetic == weight_arithmetic::float_solid_angle ? terms.last_to_area : 0.0);
+    const float beta = static_cast<float>(terms.parameter);
+    float sum = 0, own = 0;
+    for_each_log_density(terms, [&](int place, double q) {
+        const float density = static_cast<float>(std::exp(q - common));
+        const float raised = terms.parameter == 2.0 ? density * density : std::pow(density, beta);
+        sum += raised;
+        if (place == technique_index(n, terms.made_by))
+            own = raised;
+    });
+    return static_cast<double>(own / sum);
+}
+
+// b(q) over that of the largest density.
+inline double log_share(const weight_terms& terms, double q, double largest) {
+    switch (terms.heuristic) {
+    case heuristic_kind::balance:
+        return std::exp(q - largest);
+    case heuristic_kind::power:
+        return std::exp(terms.parameter * (q - largest));
+    case heuristic_kind::cutoff:
+        return q < largest + std::log(terms.parameter) ? 0.0 : std::exp(q - largest);
+    case heuristic_kind::maximum:
+        return q < largest - rounding_of_sums ? 0.0 : 1.0;
+    case heuristic_kind::average:
+        break;
+    }
+    return 1;
+}
+
+// True where a density is so close to the largest, or to the cutoff, that a renderer's rounding decides. An
+// exact tie is decided.
+inline bool hangs_on_rounding(const weight_terms& terms, double q, double largest) {
+    const double off = terms.heuristic == heuristic_kind::cutoff    ? q - largest - std::log(terms.parameter)
+                       : terms.heuristic == heuristic_kind::maximum ? q - largest
+                                                                    : 1;
+    const bool exact = terms.heuristic == heuristic_kind::maximum && off >= -rounding_of_sums;
+    return !exact && std::abs(off) < 1e-4;
+}
+
+} // namespace detail
+
+// The weight of the technique that made the path: the heuristic over all techniques' effective densities,
+// products of P-> and P<-, [V97] 9.2, [J] 3. The same as mis::weight in path.hpp, which tests compare.
+inline expected_weight weight_of(const weight_terms& terms) {
+    expected_weight result;
+    if (terms.arithmetic != weight_arithmetic::exact) {
+        result.weight = detail::weight_in_float(terms);
+        return result;
+    }
+    const int own_place = technique_index(size_of(terms), terms.made_by);
+    double largest = log_density::zero, own = log_density::zero;
+    const auto clamped = [](double q) { return log_density::is_infinite(q) ? log_density::infinite : q; };
+    detail::for_each_log_density(terms, [&](int place, double q) {
+        if (log_density::is_missing(q))
+            result.missing = place;
+        largest = std::max(largest, clamped(q));
+        if (place == own_place)
+            own = clamped(q);
+    });
+    if (log_density::is_zero(own) || result.missing >= 0)
+        return result;
+    double sum = 0;
+    int tied = 0;
+    detail::for_each_log_density(terms, [&](int, double q) {
+        if (log_density::is_zero(q))
+            return;
+        sum += detail::log_share(terms, clamped(q), largest);
+        tied += clamped(q) >= largest - detail::rounding_of_sums;
+        result.undecided |= detail::hangs_on_rounding(terms, clamped(q), largest);
+    });
+    result.weight = detail::log_share(terms, own, largest) / sum;
+    if (terms.heuristic == heuristic_kind::maximum && terms.ties != tie::shared && result.weight > 0 &&
+        tied > 1)
+        result.weight = terms.ties == tie::all_win ? 1 : 0;
+    return result;
+}
+
+// Where q^beta of a technique first leaves the range of float, multiplied vertex by vertex from the camera: a
+// renderer in float gets 0, infinity or NaN from there on. -1: nowhere. The technique that made the path is
+// looked at first.
+inline int first_float_overflow(const weight_terms& terms) {
+    const int n = size_of(terms);
+    const double beta = terms.heuristic == heuristic_kind::power ? terms.parameter : 1.0;
+    const auto overflows = [&](technique t) {
+        double product = terms.count(t.kind);
+        for (int i = 0; i < n; ++i) {
+            const std::size_t at = static_cast<std::size_t>(i);
+            product += i < t.camera_vertices ? terms.from_camera[at] : terms.from_light[at];
+            if (beta * product < std::log(1e-45) || beta * product > std::log(3.4e38))
+                return i;
+        }
+        return -1;
+    };
+    int first = is_on(terms, terms.made_by) ? overflows(terms.made_by) : -1;
+    for (int place = 0; place <= n && first < 0; ++place)
+        if (const technique t = technique_at(n, place); is_on(terms, t))
+            first = overflows(t);
+    return first;
+}
+
+} // namespace mis
