@@ -32,9 +32,11 @@ contribution<Real> made_by(mis::technique_kind kind, int s, int n, int pixel, co
 template <class Real> struct complete_path {
     vertex<Real> vertices[longest_path];
     int size = 0;
+    const vertex<Real>* photon = nullptr; // merges only: the light walk's vertex that has been merged with
 
     void join(const walk<Real>& camera, int s, const walk<Real>& light, int t) {
         size = s + t;
+        photon = nullptr;
         for (int i = 0; i < s; ++i)
             vertices[i] = camera[static_cast<std::size_t>(i)];
         for (int i = 0; i < t; ++i)
@@ -42,6 +44,9 @@ template <class Real> struct complete_path {
     }
     vertex<Real>& operator[](int i) { return vertices[i]; }
 };
+
+// Whether a walk's vertex may be its end in a next event, connection or merge.
+template <class Real> bool can_join(const vertex<Real>& x) { return !is_light(x) && !scatters_dirac(x); }
 
 // A camera walk and a light walk, and what all their techniques need.
 template <class Real, class Weights> struct sample_pair {
@@ -177,17 +182,17 @@ void connect_all(sample_pair<Real, Weights>& pair, bool random, pcg32& rng, Sink
     const auto& counts = pair.weigh.counts;
     const int s_end = static_cast<int>(pair.camera.size()) + 1;
     const int t_end = static_cast<int>(pair.light.size()) + 1;
-    const auto can_join = [](const vertex<Real>& x) { return !is_light(x) && !scatters_dirac(x); };
     const auto joinable = [&](const walk<Real>& walk, int i) {
         return can_join(walk[static_cast<std::size_t>(i - 1)]);
     };
 
+    const int light_samples = static_cast<int>(counts.next_event);
     if (counts.light_hit > Real(0) && s_end > 2)
         light_hit(pair, sink);
     for (int s = 2; s < s_end; ++s) {
         if (!joinable(pair.camera, s))
             continue;
-        if (counts.next_event > Real(0) && s + 1 <= pair.longest)
+        for (int k = 0; k < light_samples && s + 1 <= pair.longest; ++k)
             next_event(pair, s, rng, sink);
         if (counts.connection <= Real(0))
             continue;

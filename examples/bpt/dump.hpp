@@ -49,7 +49,9 @@ nlohmann::ordered_json to_json(const scene<Real>& scene, const vertex<Real>& x, 
         j["pdf_position"] = r.pdf_position;
     if (is_light(x)) {
         j["pdf_next_event"] = r.pdf_next_event;
-        j["selection"] = scene.lights[static_cast<std::size_t>(x.point.light)].select_emission;
+        const light<Real>& l = scene.lights[static_cast<std::size_t>(x.point.light)];
+        j["selection"] = l.select_emission;
+        j["selection_next_event"] = l.select_next_event;
     }
     if (r.dirac && is_light(x))
         j["dirac"] = true;
@@ -62,9 +64,17 @@ nlohmann::ordered_json to_json(const scene<Real>& scene, const vertex<Real>& x, 
     return j;
 }
 
+// The light walk's vertex of a merge: the edge to the light starts there.
+template <class Real> nlohmann::ordered_json photon_to_json(const vertex<Real>& x) {
+    return {{"position", to_json(x.point.position)},
+            {"normal", to_json(x.point.normal)},
+            {"survival", x.material->survival}};
+}
+
+// Merges are dumped as the number of light walks and the radius, not as their product.
 template <class Real>
-std::string to_json_line(const scene<Real>& scene, const weights<Real>& weigh, const contribution<Real>& c,
-                         const complete_path<Real>& path) {
+std::string to_json_line(const scene<Real>& scene, const weights<Real>& weigh, Real merge_radius,
+                         const contribution<Real>& c, const complete_path<Real>& path) {
     nlohmann::ordered_json j{{"technique", name_of(c.technique.kind)},
                              {"camera_vertices", c.technique.camera_vertices},
                              {"weight", c.weight},
@@ -78,8 +88,20 @@ std::string to_json_line(const scene<Real>& scene, const weights<Real>& weigh, c
           mis::technique_kind::camera_connection, mis::technique_kind::direct})
         if (const Real count = mis::count_of(weigh.counts, kind); count > Real(0))
             j["counts"][name_of(kind)] = count;
+    if (weigh.counts.merge > Real(0)) {
+        j["counts"][name_of(mis::technique_kind::merge)] =
+            std::round(weigh.counts.merge / mis::merge_area(merge_radius));
+        j["radius"] = merge_radius;
+    }
+    if (weigh.counts.max_camera_vertices < INT_MAX)
+        j["max_camera_vertices"] = weigh.counts.max_camera_vertices;
+    if (weigh.counts.max_light_vertices < INT_MAX)
+        j["max_light_vertices"] = weigh.counts.max_light_vertices;
     for (int i = 0; i < path.size; ++i)
         j["vertices"].push_back(to_json(scene, path.vertices[i], i > 0, i + 1 < path.size));
+    if (path.photon)
+        j["vertices"][static_cast<std::size_t>(c.technique.camera_vertices - 1)]["photon"] =
+            photon_to_json(*path.photon);
     return j.dump();
 }
 

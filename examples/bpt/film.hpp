@@ -11,7 +11,8 @@ struct image {
 };
 
 // The weighted image, and for each path length n and number of camera vertices s what the technique alone has
-// estimated (unweighted) and what it has contributed (weighted).
+// estimated (unweighted) and what it has contributed (weighted). A merge counts with the technique of as many
+// camera vertices.
 struct film {
     int width = 0;
     int passes = 0;

@@ -4,6 +4,7 @@
 #include "render.hpp"
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <climits>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -17,8 +18,9 @@ struct options {
                 dump;
     int samples = 16, size = 128, threads = static_cast<int>(std::thread::hardware_concurrency()),
         longest = 10;
-    int dump_limit = 2000;
-    double beta = 2, alpha = 0.1;
+    int dump_limit = 2000, light_samples = 1;
+    int max_camera_vertices = INT_MAX, max_light_vertices = INT_MAX;
+    double beta = 2, alpha = 0.1, radius = 0.01;
     unsigned seed = 1;
     bool demo = false, random_connection = false, no_roulette = false, no_checks = false;
 };
@@ -52,14 +54,20 @@ bpt::any_heuristic heuristic_of(const options& o) {
     return {k, k == kind::cutoff ? o.alpha : o.beta};
 }
 
-template <class Real> mis::technique_counts<Real> counts_of(const options& o) {
+template <class Real> mis::technique_counts<Real> counts_of(const options& o, Real merge_radius) {
     const Real pixels = static_cast<Real>(o.size) * static_cast<Real>(o.size);
     const std::map<std::string, mis::technique_counts<Real>> sets{
         {"path_tracing", mis::path_tracing<Real>()},
         {"next_event", mis::path_tracing_next_event<Real>()},
         {"light_tracing", mis::light_tracing(pixels)},
-        {"bidirectional", mis::bidirectional(pixels)}};
-    return choose(sets, o.techniques, "--technique-set");
+        {"bidirectional", mis::bidirectional(pixels)},
+        {"merging", mis::photon_mapping(pixels, merge_radius)},
+        {"connection_and_merging", mis::connection_and_merging(pixels, merge_radius)}};
+    auto counts = choose(sets, o.techniques, "--technique-set");
+    counts.next_event *= static_cast<Real>(o.light_samples);
+    counts.max_camera_vertices = o.max_camera_vertices;
+    counts.max_light_vertices = o.max_light_vertices;
+    return counts;
 }
 
 void show_progress(const std::string& what, int done, int all) {
@@ -91,7 +99,8 @@ bool print_checks(const std::string& scene, const options& o, const bpt::weight_
     const bool good = is_good<Real>(c);
     const bool in_float = sizeof(Real) == 4;
     char throughput[32];
-    std::snprintf(throughput, sizeof throughput, in_float ? "(%.1e)" : "%.1e", c.throughput.largest);
+    const char* const format = c.throughput.compared == 0 ? "-" : in_float ? "(%.1e)" : "%.1e";
+    std::snprintf(throughput, sizeof throughput, format, c.throughput.largest);
     std::printf(
         "%-12s %-7s %-8s %10lld  %2d ..%2d  %10.1e  %10s  %10.1e  %10.1e  %6.4f %%  %s\n", scene.c_str(),
         in_float ? "float" : "double", o.heuristic.c_str(), static_cast<long long>(c.paths), c.shortest,
@@ -120,7 +129,8 @@ rendered render_scene(const std::string& name, const options& o, bool write_imag
     settings.longest = o.longest;
     settings.seed = o.seed;
     settings.heuristic = heuristic_of(o);
-    settings.counts = counts_of<Real>(o);
+    settings.merge_radius = static_cast<Real>(o.radius) * scene.radius;
+    settings.counts = counts_of<Real>(o, settings.merge_radius);
     settings.random_connection = o.random_connection;
     settings.check_weights = !o.no_checks;
     settings.dump_paths = dump.is_open() ? (o.dump_limit - 1) / (o.size * o.samples) + 1 : 0;
@@ -206,17 +216,24 @@ outcome run_demo(options o, std::ofstream& dump) {
 }
 
 void add_options(CLI::App& app, options& o) {
-    app.add_option("--scene", o.scenes, "cornell, spheres, glossy, smooth, environment, point, lens, or all");
+    app.add_option("--scene", o.scenes,
+                   "cornell, spheres, glossy, smooth, environment, point, lens, mixed, or all");
     app.add_option("--samples", o.samples, "passes: camera walks per pixel");
     app.add_option("--size", o.size, "width and height in pixels");
     app.add_option("--output", o.output, "folder of the images");
     app.add_option("--heuristic", o.heuristic, "balance, power, maximum, average, cutoff");
     app.add_option("--beta", o.beta, "exponent of the power heuristic");
     app.add_option("--alpha", o.alpha, "threshold of the cutoff heuristic");
-    app.add_option("--technique-set", o.techniques, "path_tracing, next_event, light_tracing, bidirectional");
+    app.add_option("--technique-set", o.techniques,
+                   "path_tracing, next_event, light_tracing, bidirectional, merging, connection_and_merging");
+    app.add_option("--radius", o.radius, "within which walks merge; 1 is the scene's radius");
     app.add_option("--scalar", o.scalar, "float or double");
     app.add_option("--threads", o.threads, "the image is the same for any number");
     app.add_option("--max-vertices", o.longest, "of a path in all, 2 to 10");
+    app.add_option("--max-camera-vertices", o.max_camera_vertices,
+                   "of a camera walk, its lens point included");
+    app.add_option("--max-light-vertices", o.max_light_vertices, "of a light walk, its light point included");
+    app.add_option("--light-samples", o.light_samples, "next events at each camera vertex");
     app.add_option("--seed", o.seed);
     app.add_option("--dump", o.dump, "file for weighted paths, JSON Lines");
     app.add_option("--dump-limit", o.dump_limit, "paths dumped per scene");
@@ -237,7 +254,7 @@ void check_options(options& o) {
         choose(scenes, name, "--scene");
     choose(std::map<std::string, int>{{"float", 0}, {"double", 0}}, o.scalar, "--scalar");
     heuristic_of(o);
-    counts_of<double>(o);
+    counts_of<double>(o, 1);
     const auto in_range = [](int value, int least, int most, const char* option) {
         if (value < least || value > most)
             fail(std::string(option) + " must be from " + std::to_string(least) + " to " +
@@ -247,7 +264,12 @@ void check_options(options& o) {
     in_range(o.size, 1, 4096, "--size");
     in_range(o.threads, 1, 1024, "--threads");
     in_range(o.longest, 2, bpt::longest_path, "--max-vertices");
+    in_range(o.max_camera_vertices, 1, INT_MAX, "--max-camera-vertices");
+    in_range(o.max_light_vertices, 1, INT_MAX, "--max-light-vertices");
+    in_range(o.light_samples, 1, 1024, "--light-samples");
     in_range(o.dump_limit, 1, 1000000000, "--dump-limit");
+    if (!(o.radius > 0 && o.radius <= 1))
+        fail("--radius must be above 0, up to 1");
     if (!(o.beta > 0 && o.beta <= 64))
         fail("--beta must be above 0, up to 64");
     if (!(o.alpha >= 0 && o.alpha <= 1))

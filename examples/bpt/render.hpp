@@ -1,7 +1,9 @@
-// The rendering loop: one camera walk and one light walk per pixel and pass, joined in every way.
+// The rendering loop: one camera walk and one light walk per pixel and pass, joined in every way. Where walks
+// are merged, all light walks of a pass come first.
 #pragma once
 
 #include "dump.hpp"
+#include "merge.hpp"
 #include <atomic>
 #include <functional>
 #include <thread>
@@ -12,10 +14,11 @@ template <class Real> struct settings {
     int width = 128; // and height, in pixels
     int passes = 16; // samples per pixel
     int threads = static_cast<int>(std::thread::hardware_concurrency());
-    int longest = longest_path; // the path's vertices in all, the only cap
+    int longest = longest_path; // the path's vertices in all; caps on its walks are in the counts
     std::uint64_t seed = 1;
     any_heuristic heuristic;
     mis::technique_counts<Real> counts; // light walks per image: width * width
+    Real merge_radius = 0;              // that of counts.merge, in the scene's units
     bool random_connection = false;
     bool check_weights = true;
     int dump_paths = 0; // per image row and pass
@@ -33,6 +36,19 @@ template <class Real> struct pass_result {
     int pass = 0;
     std::vector<row_result<Real>> rows;
 };
+
+// Calls f(i) for 0 <= i < count on several threads.
+template <class F> void in_parallel(int threads, int count, F&& f) {
+    std::atomic<int> next{0};
+    std::vector<std::thread> pool;
+    for (int i = 0; i < std::max(1, threads); ++i)
+        pool.emplace_back([&] {
+            for (int k; (k = next++) < count;)
+                f(k);
+        });
+    for (auto& thread : pool)
+        thread.join();
+}
 
 // The renderer with all that stays the same from sample to sample.
 template <class Real> struct renderer {
@@ -53,6 +69,25 @@ template <class Real> struct renderer {
         return {set.seed * 0x9e3779b9u + pass, pixel};
     }
 
+    int longest_camera_walk() const { return std::min(set.longest, set.counts.max_camera_vertices); }
+    int longest_light_walk() const { return std::min(set.longest - 1, set.counts.max_light_vertices); }
+
+    bool merges() const { return weigh.counts.merge > Real(0); }
+
+    // The light walks of all pixels, by generators that the camera walks do not use.
+    std::vector<walk<Real>> trace_light_walks(int pass) const {
+        const auto width = static_cast<std::size_t>(set.width), pixels = width * width;
+        std::vector<walk<Real>> walks(pixels);
+        in_parallel(set.threads, set.width, [&](int row) {
+            const std::size_t first = static_cast<std::size_t>(row) * width;
+            for (std::size_t pixel = first; pixel < first + width; ++pixel) {
+                pcg32 rng = generator(static_cast<std::uint64_t>(pass), pixels + pixel);
+                walk_from_light(scene, weigh, longest_light_walk(), walks[pixel], rng);
+            }
+        });
+        return walks;
+    }
+
     // From walks of their own: weights must not depend on the walk that is weighed.
     double measure_light_vertices() const {
         std::int64_t vertices = 0;
@@ -60,7 +95,7 @@ template <class Real> struct renderer {
         constexpr int walks = 10000;
         for (int i = 0; i < walks; ++i) {
             pcg32 rng = generator(~std::uint64_t(0), static_cast<std::uint64_t>(i));
-            walk_from_light(scene, weigh, set.longest - 1, light, rng);
+            walk_from_light(scene, weigh, longest_light_walk(), light, rng);
             for (std::size_t k = 1; k < light.size(); ++k)
                 vertices += !scatters_dirac(light[k]);
         }
@@ -69,7 +104,7 @@ template <class Real> struct renderer {
 
     Real weight_of(const contribution<Real>& c, const complete_path<Real>& path,
                    const std::function<Real()>& weight) const {
-        if (set.heuristic.kind != heuristic_kind::cutoff)
+        if (has_recursion(weigh))
             return weight();
         mis::measured_vertex<Real> records[longest_path];
         for (int i = 0; i < path.size; ++i)
@@ -77,12 +112,15 @@ template <class Real> struct renderer {
         return mis::weight(set.heuristic, weigh.counts, records, path.size, c.technique);
     }
 
-    // Makes all paths of one row of one pass; sink(contribution, path) is given each with its weight.
-    template <class Sink> void render_row(int pass, int row, Sink&& sink) const {
+    // Makes all paths of one row of one pass; sink(contribution, path) is given each with its weight. With
+    // photons, the light walks are theirs.
+    template <class Sink>
+    void render_row(int pass, int row, Sink&& sink, const photon_map<Real>* photons = nullptr) const {
         sample_pair<Real, weights<Real>> pair{scene, weigh, set.width, 0, set.longest, {}, {}, {}};
         const auto& counts = weigh.counts;
         const bool from_light = counts.connection + counts.camera_connection + counts.direct > Real(0);
-        const bool from_camera = counts.light_hit + counts.next_event + counts.connection > Real(0);
+        const bool from_camera =
+            counts.light_hit + counts.next_event + counts.connection + counts.merge > Real(0);
         const auto weigh_first = [&](contribution<Real> c, const complete_path<Real>& path,
                                      const auto& weight) {
             c.weight = weight_of(c, path, weight);
@@ -97,51 +135,47 @@ template <class Real> struct renderer {
             pair.camera.clear();
             pair.light.clear();
             if (from_camera)
-                walk_from_camera(scene, weigh, set.width, x * to_film - 1, 1 - y * to_film, set.longest,
-                                 pair.camera, rng);
-            if (from_light)
-                walk_from_light(scene, weigh, set.longest - 1, pair.light, rng);
+                walk_from_camera(scene, weigh, set.width, x * to_film - 1, 1 - y * to_film,
+                                 longest_camera_walk(), pair.camera, rng);
+            if (photons)
+                pair.light = photons->walks[static_cast<std::size_t>(pair.pixel)];
+            else if (from_light)
+                walk_from_light(scene, weigh, longest_light_walk(), pair.light, rng);
             connect_all(pair, set.random_connection, rng, weigh_first);
+            if (photons)
+                merge_all(pair, *photons, set.merge_radius, weigh_first);
         }
     }
 
     // Keeps all contributions of a row, compares their weights, writes some of them down.
-    row_result<Real> keep_row(int pass, int row) const {
+    row_result<Real> keep_row(int pass, int row, const photon_map<Real>* photons) const {
         row_result<Real> result;
-        render_row(pass, row, [&](const contribution<Real>& c, const complete_path<Real>& path) {
+        const auto keep = [&](const contribution<Real>& c, const complete_path<Real>& path) {
             result.contributions.push_back(c);
             if (set.check_weights)
                 check_weight(scene, weigh, mean_light_vertices, set.width, path, c.technique, c.weight,
                              result.checks);
             if (static_cast<int>(result.dump.size()) < set.dump_paths)
-                result.dump.push_back(to_json_line(scene, weigh, c, path));
-        });
+                result.dump.push_back(to_json_line(scene, weigh, set.merge_radius, c, path));
+        };
+        render_row(pass, row, keep, photons);
         return result;
     }
 };
-
-// Calls f(i) for 0 <= i < count on several threads.
-template <class F> void in_parallel(int threads, int count, F&& f) {
-    std::atomic<int> next{0};
-    std::vector<std::thread> pool;
-    for (int i = 0; i < std::max(1, threads); ++i)
-        pool.emplace_back([&] {
-            for (int k; (k = next++) < count;)
-                f(k);
-        });
-    for (auto& thread : pool)
-        thread.join();
-}
 
 // Renders all passes; `on_pass` is given each in turn.
 template <class Real, class OnPass>
 void render(const scene<Real>& scene, const settings<Real>& settings, OnPass&& on_pass) {
     const renderer<Real> renderer(scene, settings);
     for (int pass = 0; pass < settings.passes; ++pass) {
+        std::optional<photon_map<Real>> photons;
+        if (renderer.merges())
+            photons.emplace(renderer.trace_light_walks(pass));
         pass_result<Real> result{pass,
                                  std::vector<row_result<Real>>(static_cast<std::size_t>(settings.width))};
         in_parallel(settings.threads, settings.width, [&](int row) {
-            result.rows[static_cast<std::size_t>(row)] = renderer.keep_row(pass, row);
+            result.rows[static_cast<std::size_t>(row)] =
+                renderer.keep_row(pass, row, photons ? &*photons : nullptr);
         });
         on_pass(result);
     }

@@ -295,10 +295,27 @@ void lens(builder& b) {
     b.s.exposure = 0.8;
 }
 
+// Everything in one place: every kind of vertex and of light, and lights picked with other probabilities by
+// each walk. Walks leave one block uniformly; with two light samples, the environment is then as likely to be
+// hit as to be picked, 0.25 / (2 pi) = 2 0.25 / (4 pi), and the maximum heuristic meets a tie.
+void mixed(builder& b) {
+    cornell_walls(b);
+    ceiling_light(b, 0.5, 0.45);
+    tall_block(b, b.glossy(dvec3(0), dvec3(0.25), 0));
+    short_block(b, b.glossy(dvec3(0.2, 0.3, 0.5), dvec3(0.3), 15));
+    smooth_ball(b, {368, 405, 351}, 75, b.glossy(dvec3(0.4, 0.25, 0.1), dvec3(0.3), 12));
+    b.ball({186, 225, 168}, 60, b.mirror(0.9));
+    b.ball({430, 75, 120}, 75, b.glass(1.5));
+    b.point_light({100, 400, 300}, {9000, 12000, 20000}, 0.2, 0.3);
+    const dvec3 sky(0.3, 0.4, 0.6);
+    b.environment(sky, sky, dvec3(0), {0, 0, -1}, 1, 0.3, 0.25);
+    b.s.lights.back().lobe_share_emission = b.s.lights.back().lobe_share_next_event = 0;
+}
+
 const std::map<std::string, void (*)(builder&)>& builders() {
     static const std::map<std::string, void (*)(builder&)> all{
         {"cornell", cornell},         {"spheres", spheres}, {"glossy", glossy}, {"smooth", smooth},
-        {"environment", environment}, {"point", point},     {"lens", lens}};
+        {"environment", environment}, {"point", point},     {"lens", lens},     {"mixed", mixed}};
     return all;
 }
 
@@ -342,7 +359,7 @@ template <class Real> scene<Real> cast_to(const scene<double>& d) {
 
 const std::vector<std::string>& scene_names() {
     static const std::vector<std::string> names{"cornell",     "spheres", "glossy", "smooth",
-                                                "environment", "point",   "lens"};
+                                                "environment", "point",   "lens",   "mixed"};
     return names;
 }
 

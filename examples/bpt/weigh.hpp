@@ -4,6 +4,7 @@
 #pragma once
 
 #include "connect.hpp"
+#include <climits>
 #include <cstdint>
 
 namespace bpt {
@@ -25,7 +26,7 @@ struct any_heuristic {
         case heuristic_kind::maximum:
             return visit(mis::maximum);
         default:
-            return visit(mis::balance); // cutoff weighs complete paths only: see weight_of
+            return visit(mis::balance); // cutoff weighs complete paths only: see has_recursion
         }
     }
     template <class T> T share(T q, T largest) const {
@@ -45,6 +46,14 @@ struct any_heuristic {
 };
 
 template <class Real> using weights = mis::path_weights<any_heuristic, Real>;
+
+template <class Real> bool is_capped(const mis::technique_counts<Real>& c) {
+    return c.max_camera_vertices < INT_MAX || c.max_light_vertices < INT_MAX;
+}
+// Two numbers know neither all densities at once, as the cutoff heuristic wants them, nor caps on sub-paths.
+template <class Real> bool has_recursion(const weights<Real>& weigh) {
+    return weigh.heuristic.kind != heuristic_kind::cutoff && !is_capped(weigh.counts);
+}
 
 // The path's records in double.
 template <class Real> void records_of(const complete_path<Real>& path, mis::measured_vertex<double>* out) {
@@ -66,7 +75,8 @@ template <class Real> void records_of(const complete_path<Real>& path, mis::meas
 
 inline mis::technique_counts<double> in_double(const mis::technique_counts<double>& c) { return c; }
 inline mis::technique_counts<double> in_double(const mis::technique_counts<float>& c) {
-    return {c.light_hit, c.next_event, c.connection, c.camera_connection, c.direct, c.camera_hit, c.merge};
+    return {c.light_hit,  c.next_event, c.connection,          c.camera_connection, c.direct,
+            c.camera_hit, c.merge,      c.max_camera_vertices, c.max_light_vertices};
 }
 
 // ---- The throughputs of all techniques, each from walking the path anew ----
@@ -191,6 +201,28 @@ inline bool hangs_on_rounding(const any_heuristic& h, const double* densities, i
     return close > 0;
 }
 
+// Compares one weight with the throughput form, which does not know merges.
+template <class Real>
+void check_throughputs(const scene<Real>& scene, const weights<Real>& weigh, double mean_light_vertices,
+                       int width, const complete_path<Real>& path, int index, double by_density,
+                       weight_checks& checks) {
+    constexpr int most = mis::technique_count(longest_path);
+    const int n = path.size, count = mis::technique_count(n);
+    // The throughput form knows counts as they are, and a random connection as a factor of its throughput.
+    Real throughputs[most], by_throughput[most], counts[most];
+    throughputs_of(scene, width, path.vertices, n, throughputs);
+    for (int k = 0; k < count; ++k) {
+        const mis::technique t = mis::technique_at(n, k);
+        const bool picked = t.kind == mis::technique_kind::connection && mean_light_vertices > 0;
+        counts[k] =
+            mis::count_of(weigh.counts, n, t) * (picked ? static_cast<Real>(mean_light_vertices) : Real(1));
+        throughputs[k] *= picked ? static_cast<Real>(mean_light_vertices) : Real(1);
+    }
+    mis::densities_from_throughputs(counts, throughputs, count, by_throughput);
+    mis::weights(weigh.heuristic, by_throughput, count, by_throughput);
+    checks.throughput.add(static_cast<double>(by_throughput[index]), by_density);
+}
+
 // Compares one weight with the other two forms.
 template <class Real>
 void check_weight(const scene<Real>& scene, const weights<Real>& weigh, double mean_light_vertices, int width,
@@ -218,21 +250,9 @@ void check_weight(const scene<Real>& scene, const weights<Real>& weigh, double m
     }
     checks.recursion.add(static_cast<double>(weight), by_density[index]);
 
-    // The throughput form knows counts as they are, and a random connection as a factor of its throughput.
-    Real throughputs[most], by_throughput[most], counts[most];
-    throughputs_of(scene, width, path.vertices, n, throughputs);
-    for (int k = 0; k < count; ++k) {
-        const mis::technique t = mis::technique_at(n, k);
-        const bool picked = t.kind == mis::technique_kind::connection && mean_light_vertices > 0;
-        counts[k] =
-            mis::count_of(weigh.counts, n, t) * (picked ? static_cast<Real>(mean_light_vertices) : Real(1));
-        throughputs[k] *= picked ? static_cast<Real>(mean_light_vertices) : Real(1);
-    }
-    mis::densities_from_throughputs(counts, throughputs, count, by_throughput);
-    mis::weights(weigh.heuristic, by_throughput, count, by_throughput);
-    checks.throughput.add(static_cast<double>(by_throughput[index]), by_density[index]);
-
-    if (checks.paths % 16 != 0 || weigh.heuristic.kind == heuristic_kind::cutoff)
+    if (weigh.counts.merge <= Real(0))
+        check_throughputs(scene, weigh, mean_light_vertices, width, path, index, by_density[index], checks);
+    if (checks.paths % 16 != 0 || !has_recursion(weigh))
         return;
     mis::measured_vertex<Real> own_records[longest_path];
     for (int i = 0; i < n; ++i)

@@ -89,13 +89,13 @@ template <forgotten Which, bool AtDirac> planted forget_survival(weight_terms& t
     for (int i = 1; i < size_of(r) - 1; ++i) {
         if (!AtDirac && is_dirac(r, i))
             continue;
-        const bool camera = is_on_camera_walk(r, i), light = is_on_light_walk(r, i);
+        const bool camera = is_on_camera_walk(r, i); // as is the merged vertex, where it is evaluated
         const bool to_light = Which == forgotten::both || Which == forgotten::to_light ||
-                              (Which == forgotten::reverse && light) ||
+                              (Which == forgotten::reverse && !camera) ||
                               (Which == forgotten::forward && camera);
         const bool to_camera = Which == forgotten::both || Which == forgotten::to_camera ||
                                (Which == forgotten::reverse && camera) ||
-                               (Which == forgotten::forward && light);
+                               (Which == forgotten::forward && !camera);
         if (to_light)
             done = done | forget_survival_to_light(terms, r, i);
         if (to_camera)
