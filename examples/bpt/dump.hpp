@@ -66,9 +66,12 @@ nlohmann::ordered_json to_json(const scene<Real>& scene, const vertex<Real>& x, 
 
 // The light walk's vertex of a merge: the edge to the light starts there.
 template <class Real> nlohmann::ordered_json photon_to_json(const vertex<Real>& x) {
-    return {{"position", to_json(x.point.position)},
-            {"normal", to_json(x.point.normal)},
-            {"survival", x.material->survival}};
+    nlohmann::ordered_json j{{"position", to_json(x.point.position)},
+                             {"normal", to_json(x.point.normal)},
+                             {"survival", x.material->survival}};
+    if (x.point.shading_normal != x.point.normal)
+        j["shading_normal"] = to_json(x.point.shading_normal);
+    return j;
 }
 
 // Merges are dumped as the number of light walks and the radius, not as their product.

@@ -13,14 +13,14 @@
 namespace {
 
 struct options {
-    std::vector<std::string> scenes{"cornell"};
+    std::vector<std::string> scenes{"cornell"}, mistakes;
     std::string output = "bpt-output", scalar = "double", heuristic = "power", techniques = "bidirectional",
                 dump;
     int samples = 16, size = 128, threads = static_cast<int>(std::thread::hardware_concurrency()),
         longest = 10;
     int dump_limit = 2000, light_samples = 1;
     int max_camera_vertices = INT_MAX, max_light_vertices = INT_MAX;
-    double beta = 2, alpha = 0.1, radius = 0.01;
+    double beta = 2, alpha = 0.1, radius = 0.01, scale = 1;
     unsigned seed = 1;
     bool demo = false, random_connection = false, no_roulette = false, no_checks = false;
 };
@@ -68,6 +68,16 @@ template <class Real> mis::technique_counts<Real> counts_of(const options& o, Re
     counts.max_camera_vertices = o.max_camera_vertices;
     counts.max_light_vertices = o.max_light_vertices;
     return counts;
+}
+
+bpt::mistake_set mistakes_of(const options& o) {
+    std::map<std::string, std::size_t> places;
+    for (std::size_t k = 0; k < bpt::mistake_count; ++k)
+        places[bpt::mistake_names[k]] = k;
+    bpt::mistake_set set;
+    for (const auto& name : o.mistakes)
+        set.planted.set(choose(places, name, "--mistake"));
+    return set;
 }
 
 void show_progress(const std::string& what, int done, int all) {
@@ -118,7 +128,7 @@ struct rendered {
 // Renders one scene and writes its files.
 template <class Real>
 rendered render_scene(const std::string& name, const options& o, bool write_images, std::ofstream& dump) {
-    bpt::scene<Real> scene = bpt::make_scene<Real>(name);
+    bpt::scene<Real> scene = bpt::scaled(bpt::make_scene<Real>(name), static_cast<Real>(o.scale));
     if (o.no_roulette)
         for (auto& m : scene.materials)
             m.survival = 1;
@@ -131,17 +141,19 @@ rendered render_scene(const std::string& name, const options& o, bool write_imag
     settings.heuristic = heuristic_of(o);
     settings.merge_radius = static_cast<Real>(o.radius) * scene.radius;
     settings.counts = counts_of<Real>(o, settings.merge_radius);
+    settings.mistakes = mistakes_of(o);
     settings.random_connection = o.random_connection;
     settings.check_weights = !o.no_checks;
     settings.dump_paths = dump.is_open() ? (o.dump_limit - 1) / (o.size * o.samples) + 1 : 0;
 
     bpt::film film(o.size);
+    bpt::image right = film.sum; // without the mistakes
     bpt::weight_checks checks;
     int dumped = 0;
     bpt::render(scene, settings, [&](const bpt::pass_result<Real>& result) {
         for (const auto& row : result.rows) {
             for (const auto& c : row.contributions)
-                film.add(c);
+                bpt::add(film, right, c);
             checks.add(row.checks);
             for (const auto& line : row.dump)
                 if (dumped < o.dump_limit)
@@ -156,6 +168,8 @@ rendered render_scene(const std::string& name, const options& o, bool write_imag
         bpt::write_png(base + ".png", film, exposure);
         bpt::write_exr(base + ".exr", film);
         bpt::write_pyramid(base + "-pyramid.png", film, exposure);
+        if (settings.mistakes.any())
+            bpt::write_comparison(base + "-mistake.png", film, right, exposure);
     }
     return {checks, {name, film.sum, static_cast<double>(scene.exposure) / film.passes}};
 }
@@ -227,6 +241,7 @@ void add_options(CLI::App& app, options& o) {
     app.add_option("--technique-set", o.techniques,
                    "path_tracing, next_event, light_tracing, bidirectional, merging, connection_and_merging");
     app.add_option("--radius", o.radius, "within which walks merge; 1 is the scene's radius");
+    app.add_option("--scale", o.scale, "of all lengths in the scene; the image is the same for any");
     app.add_option("--scalar", o.scalar, "float or double");
     app.add_option("--threads", o.threads, "the image is the same for any number");
     app.add_option("--max-vertices", o.longest, "of a path in all, 2 to 10");
@@ -234,6 +249,7 @@ void add_options(CLI::App& app, options& o) {
                    "of a camera walk, its lens point included");
     app.add_option("--max-light-vertices", o.max_light_vertices, "of a light walk, its light point included");
     app.add_option("--light-samples", o.light_samples, "next events at each camera vertex");
+    app.add_option("--mistake", o.mistakes, "plant a mistake in the weights, or several");
     app.add_option("--seed", o.seed);
     app.add_option("--dump", o.dump, "file for weighted paths, JSON Lines");
     app.add_option("--dump-limit", o.dump_limit, "paths dumped per scene");
@@ -255,6 +271,9 @@ void check_options(options& o) {
     choose(std::map<std::string, int>{{"float", 0}, {"double", 0}}, o.scalar, "--scalar");
     heuristic_of(o);
     counts_of<double>(o, 1);
+    if (mistakes_of(o).has(bpt::mistake::subpath_caps) && o.max_camera_vertices == INT_MAX &&
+        o.max_light_vertices == INT_MAX)
+        fail("--mistake subpath_caps needs --max-camera-vertices or --max-light-vertices");
     const auto in_range = [](int value, int least, int most, const char* option) {
         if (value < least || value > most)
             fail(std::string(option) + " must be from " + std::to_string(least) + " to " +
@@ -270,6 +289,8 @@ void check_options(options& o) {
     in_range(o.dump_limit, 1, 1000000000, "--dump-limit");
     if (!(o.radius > 0 && o.radius <= 1))
         fail("--radius must be above 0, up to 1");
+    if (!(o.scale >= 1e-6 && o.scale <= 1e6))
+        fail("--scale must be from 1e-6 to 1e6");
     if (!(o.beta > 0 && o.beta <= 64))
         fail("--beta must be above 0, up to 64");
     if (!(o.alpha >= 0 && o.alpha <= 1))

@@ -80,6 +80,7 @@ void merge(sample_pair<Real, Weights>& pair, int s, const walk<Real>& light, int
     path.photon = &photon;
     vertex<Real>& x = path[s - 1];
     complete_merge(x, photon);
+    tell_merge(pair.weigh.mistakes, x, photon);
     const Real samples = pair.weigh.counts.merge; // light walks times pi r^2: a density estimate
     const color<Real> value = x.throughput * f * photon.throughput * (adjoint_factor(photon) / samples);
     sink(made_by(mis::technique_kind::merge, s, path.size, pair.pixel, value), path, [&] {

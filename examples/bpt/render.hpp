@@ -4,6 +4,7 @@
 
 #include "dump.hpp"
 #include "merge.hpp"
+#include "mistaken_weight.hpp"
 #include <atomic>
 #include <functional>
 #include <thread>
@@ -17,11 +18,12 @@ template <class Real> struct settings {
     int longest = longest_path; // the path's vertices in all; caps on its walks are in the counts
     std::uint64_t seed = 1;
     any_heuristic heuristic;
+    mistake_set mistakes;
     mis::technique_counts<Real> counts; // light walks per image: width * width
     Real merge_radius = 0;              // that of counts.merge, in the scene's units
     bool random_connection = false;
     bool check_weights = true;
-    int dump_paths = 0; // per image row and pass
+    int dump_paths = 0; // a random choice of them, per image row and pass
 };
 
 // What one row of one pass has made. Rows are merged in their order, so that results do not depend on
@@ -50,6 +52,13 @@ template <class F> void in_parallel(int threads, int count, F&& f) {
         thread.join();
 }
 
+// A technique that is disabled by mistake_set::disabled_technique is not made: connections.
+template <class Real> settings<Real> planted(settings<Real> set) {
+    if (set.mistakes.has(mistake::disabled_technique))
+        set.counts.connection = 0;
+    return set;
+}
+
 // The renderer with all that stays the same from sample to sample.
 template <class Real> struct renderer {
     const bpt::scene<Real>& scene;
@@ -58,11 +67,12 @@ template <class Real> struct renderer {
     double mean_light_vertices = 0; // of light walks, for random connections; 0: all connections
 
     renderer(const bpt::scene<Real>& s, const settings<Real>& settings)
-        : scene(s), set(settings), weigh(settings.heuristic, settings.counts) {
+        : scene(s), set(planted(settings)), weigh(set.heuristic, set.counts, set.mistakes) {
         if (!set.random_connection)
             return;
         mean_light_vertices = measure_light_vertices();
-        weigh = {set.heuristic, mis::random_connection(set.counts, static_cast<Real>(mean_light_vertices))};
+        weigh = {set.heuristic, mis::random_connection(set.counts, static_cast<Real>(mean_light_vertices)),
+                 set.mistakes};
     }
 
     pcg32 generator(std::uint64_t pass, std::uint64_t pixel) const {
@@ -123,7 +133,10 @@ template <class Real> struct renderer {
             counts.light_hit + counts.next_event + counts.connection + counts.merge > Real(0);
         const auto weigh_first = [&](contribution<Real> c, const complete_path<Real>& path,
                                      const auto& weight) {
-            c.weight = weight_of(c, path, weight);
+            c.weight = c.right_weight = weight_of(c, path, weight);
+            if (set.mistakes.any())
+                c.weight = static_cast<Real>(
+                    mistaken_weight(set.mistakes, weigh, set.merge_radius, path, c.technique));
             sink(c, path);
         };
         for (int column = 0; column < set.width; ++column) {
@@ -147,16 +160,28 @@ template <class Real> struct renderer {
         }
     }
 
+    // Keeps a random dump_paths of all lines.
+    template <class Line>
+    void keep_some(std::vector<std::string>& lines, std::int64_t made, pcg32& chance, Line&& line) const {
+        if (static_cast<int>(lines.size()) < set.dump_paths)
+            lines.push_back(line());
+        else if (const auto k = std::uniform_int_distribution<std::int64_t>(0, made)(chance);
+                 k < set.dump_paths)
+            lines[static_cast<std::size_t>(k)] = line();
+    }
+
     // Keeps all contributions of a row, compares their weights, writes some of them down.
     row_result<Real> keep_row(int pass, int row, const photon_map<Real>* photons) const {
         row_result<Real> result;
+        std::int64_t made = 0;
+        pcg32 chance = generator(static_cast<std::uint64_t>(pass), ~static_cast<std::uint64_t>(row));
         const auto keep = [&](const contribution<Real>& c, const complete_path<Real>& path) {
             result.contributions.push_back(c);
             if (set.check_weights)
-                check_weight(scene, weigh, mean_light_vertices, set.width, path, c.technique, c.weight,
+                check_weight(scene, weigh, mean_light_vertices, set.width, path, c.technique, c.right_weight,
                              result.checks);
-            if (static_cast<int>(result.dump.size()) < set.dump_paths)
-                result.dump.push_back(to_json_line(scene, weigh, set.merge_radius, c, path));
+            keep_some(result.dump, made++, chance,
+                      [&] { return to_json_line(scene, weigh, set.merge_radius, c, path); });
         };
         render_row(pass, row, keep, photons);
         return result;

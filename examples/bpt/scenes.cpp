@@ -202,6 +202,19 @@ void tall_block(builder& b, int material) {
     b.quad({265, 0, 296}, {265, 330, 296}, {423, 330, 247}, {423, 0, 247}, material);
 }
 
+// Stands on the floor without a face of its own there, so that paths from the floor are refracted once.
+void glass_block(builder& b, const dvec3& low, const dvec3& high, int material) {
+    b.begin_cluster();
+    const auto corner = [&](int x, int y, int z) {
+        return dvec3(x ? high.x : low.x, y ? high.y : low.y, z ? high.z : low.z);
+    };
+    b.quad(corner(0, 1, 0), corner(0, 1, 1), corner(1, 1, 1), corner(1, 1, 0), material);
+    b.quad(corner(0, 0, 0), corner(0, 0, 1), corner(0, 1, 1), corner(0, 1, 0), material);
+    b.quad(corner(1, 0, 0), corner(1, 1, 0), corner(1, 1, 1), corner(1, 0, 1), material);
+    b.quad(corner(0, 0, 0), corner(0, 1, 0), corner(1, 1, 0), corner(1, 0, 0), material);
+    b.quad(corner(0, 0, 1), corner(1, 0, 1), corner(1, 1, 1), corner(0, 1, 1), material);
+}
+
 void cornell(builder& b) {
     const auto paint = cornell_walls(b);
     ceiling_light(b);
@@ -298,14 +311,25 @@ void lens(builder& b) {
 // Everything in one place: every kind of vertex and of light, and lights picked with other probabilities by
 // each walk. Walks leave one block uniformly; with two light samples, the environment is then as likely to be
 // hit as to be picked, 0.25 / (2 pi) = 2 0.25 / (4 pi), and the maximum heuristic meets a tie.
+// Every second of 4 x 4 tiles of the back wall, in another paint.
+void tiles(builder& b, int material) {
+    constexpr double size = 548.8 / 4, z = 559;
+    for (int row = 0; row < 4; ++row)
+        for (int column = row % 2; column < 4; column += 2) {
+            const double x = column * size, y = row * size;
+            b.quad({x + size, y, z}, {x, y, z}, {x, y + size, z}, {x + size, y + size, z}, material);
+        }
+}
+
 void mixed(builder& b) {
-    cornell_walls(b);
+    const auto paint = cornell_walls(b);
+    tiles(b, paint.green);
     ceiling_light(b, 0.5, 0.45);
     tall_block(b, b.glossy(dvec3(0), dvec3(0.25), 0));
     short_block(b, b.glossy(dvec3(0.2, 0.3, 0.5), dvec3(0.3), 15));
     smooth_ball(b, {368, 405, 351}, 75, b.glossy(dvec3(0.4, 0.25, 0.1), dvec3(0.3), 12));
     b.ball({186, 225, 168}, 60, b.mirror(0.9));
-    b.ball({430, 75, 120}, 75, b.glass(1.5));
+    glass_block(b, {330, 0, 40}, {510, 90, 220}, b.glass(1.5));
     b.point_light({100, 400, 300}, {9000, 12000, 20000}, 0.2, 0.3);
     const dvec3 sky(0.3, 0.4, 0.6);
     b.environment(sky, sky, dvec3(0), {0, 0, -1}, 1, 0.3, 0.25);
@@ -374,6 +398,32 @@ template <class Real> scene<Real> make_scene(const std::string& name) {
     return cast_to<Real>(b.s);
 }
 
+template <class Real> scene<Real> scaled(scene<Real> s, Real factor) {
+    for (auto& t : s.triangles)
+        t.a *= factor, t.ab *= factor, t.ac *= factor;
+    for (auto& c : s.clusters) {
+        c.center *= factor;
+        if (c.radius != std::numeric_limits<Real>::max())
+            c.radius *= factor;
+    }
+    for (auto& b : s.spheres)
+        b.center *= factor, b.radius *= factor;
+    for (auto& l : s.lights) {
+        l.origin *= factor, l.edge_u *= factor, l.edge_v *= factor;
+        l.area *= factor * factor;
+        if (l.kind == light_kind::point)
+            l.emission *= factor * factor;
+    }
+    s.camera.position *= factor;
+    s.camera.lens_radius *= factor;
+    s.camera.focus_distance *= factor;
+    s.center *= factor;
+    s.radius *= factor;
+    return s;
+}
+
+template scene<float> scaled(scene<float>, float);
+template scene<double> scaled(scene<double>, double);
 template scene<float> make_scene(const std::string&);
 template scene<double> make_scene(const std::string&);
 

@@ -11,7 +11,8 @@ namespace bpt {
 // take.
 template <class Real> struct vertex {
     mis::measured_vertex<Real> record;
-    mis::subpath_state<Real> state; // once the walk has arrived here
+    mis::measured_vertex<Real> told; // in place of the record where mistakes are planted, see mistakes.hpp
+    mis::subpath_state<Real> state;  // once the walk has arrived here
 
     surface_point<Real> point; // normals and material; point.light: the light that it lies on, or -1
     const bpt::material<Real>* material = nullptr;
@@ -19,6 +20,8 @@ template <class Real> struct vertex {
     vec3<Real> towards_previous{0}; // back along the walk
     Real eta_to_camera = 1, eta_to_light = 1;
 };
+
+enum class walk_kind { from_camera, from_light };
 
 template <class Real> bool is_infinite(const vertex<Real>& x) {
     return x.record.kind == mis::vertex_kind::infinite_light;

@@ -1,11 +1,9 @@
 // The two random walks. Each vertex takes the three steps of the recursion: start, arrive, scatter.
 #pragma once
 
-#include "vertex.hpp"
+#include "mistakes.hpp"
 
 namespace bpt {
-
-enum class walk_kind { from_camera, from_light };
 
 template <class Real> using walk = std::vector<vertex<Real>>; // its own end point first
 
@@ -53,11 +51,12 @@ bool scatter(vertex<Real>& x, const Weights& weigh, walk_kind kind, pcg32& rng,
         state = weigh.scatter_dirac(x.state, cos_in, lobe.probability, lobe.probability, lobe.eta_from,
                                     lobe.eta_to);
         throughput = x.throughput * lobe.value * (radiance_scale(lobe, kind) / lobe.probability);
-        record_scatter(x, kind, cos_out, mis::dirac_density(lobe.probability, lobe.eta_to, cos_out),
-                       mis::dirac_density(lobe.probability, lobe.eta_from, cos_in));
         const bool camera = kind == walk_kind::from_camera;
         x.eta_to_camera = camera ? lobe.eta_from : lobe.eta_to;
         x.eta_to_light = camera ? lobe.eta_to : lobe.eta_from;
+        record_scatter(x, kind, cos_out, mis::dirac_density(lobe.probability, lobe.eta_to, cos_out),
+                       mis::dirac_density(lobe.probability, lobe.eta_from, cos_in));
+        tell_scatter(weigh.mistakes, x, kind, to);
         return true;
     }
     to = sample(m, x.point, x.towards_previous, rng);
@@ -70,6 +69,7 @@ bool scatter(vertex<Real>& x, const Weights& weigh, walk_kind kind, pcg32& rng,
     state = weigh.scatter(x.state, cos_out, mis::per_solid_angle{forward}, mis::per_solid_angle{reverse});
     throughput = x.throughput * f / forward;
     record_scatter(x, kind, cos_out, forward, reverse);
+    tell_scatter(weigh.mistakes, x, kind, to);
     return true;
 }
 
@@ -105,6 +105,7 @@ void continue_walk(const scene<Real>& scene, const Weights& weigh, walk_kind kin
         (camera ? x.record.cos_to_camera : x.record.cos_to_light) = cos_in;
         (camera ? previous : x).record.distance2_to_light = distance2;
         x.state = weigh.arrive(state, distance2, cos_in);
+        tell_arrival(weigh.mistakes, previous, x, kind, ray.direction);
         walk.push_back(x);
         if (is_light(x) || !scatter(walk.back(), weigh, kind, rng, state, throughput, ray.direction))
             return;
@@ -119,6 +120,7 @@ void walk_from_camera(const scene<Real>& scene, const Weights& weigh, int width,
     vertex<Real> lens = sample_lens(scene.camera, rng);
     const vec3<Real> leaving = film_to_direction(scene.camera, lens, film_x, film_y);
     aim(scene.camera, lens, leaving, width);
+    tell_end(weigh.mistakes, scene, lens);
     walk.assign(1, lens);
     continue_walk(scene, weigh, walk_kind::from_camera, walk, {lens.point.position, leaving},
                   weigh.start_camera(camera_end_point(lens)), color<Real>(1), longest, rng);
@@ -134,6 +136,7 @@ void walk_from_light(const scene<Real>& scene, const Weights& weigh, int longest
     const ray<Real> ray = sample_emission(scene, x, rng);
     const color<Real> emitted = emit(scene, x, ray.direction);
     const Real density = x.record.pdf_position * x.record.pdf_to_camera;
+    tell_end(weigh.mistakes, scene, x);
     walk.assign(1, x);
     continue_walk(scene, weigh, walk_kind::from_light, walk, ray, weigh.start_light(light_end_point(x)),
                   emitted * (x.record.cos_to_camera / density), longest, rng);

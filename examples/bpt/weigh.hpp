@@ -9,10 +9,10 @@
 
 namespace bpt {
 
+using mis::heuristic_kind;
+
 // A heuristic chosen at run time. The library's own are types, so that nothing is decided in inner loops; a
 // renderer with one heuristic needs nothing of this.
-enum class heuristic_kind { average, balance, power, cutoff, maximum };
-
 struct any_heuristic {
     heuristic_kind kind = heuristic_kind::balance;
     double parameter = 2; // beta of power, alpha of cutoff
@@ -45,7 +45,13 @@ struct any_heuristic {
     }
 };
 
-template <class Real> using weights = mis::path_weights<any_heuristic, Real>;
+// The library's weights, and the mistakes that are planted: none, unless asked for.
+template <class Real> struct weights : mis::path_weights<any_heuristic, Real> {
+    mistake_set mistakes;
+
+    weights(const any_heuristic& h, const mis::technique_counts<Real>& c, const mistake_set& planted = {})
+        : mis::path_weights<any_heuristic, Real>(h, c), mistakes(planted) {}
+};
 
 template <class Real> bool is_capped(const mis::technique_counts<Real>& c) {
     return c.max_camera_vertices < INT_MAX || c.max_light_vertices < INT_MAX;
@@ -55,22 +61,23 @@ template <class Real> bool has_recursion(const weights<Real>& weigh) {
     return weigh.heuristic.kind != heuristic_kind::cutoff && !is_capped(weigh.counts);
 }
 
+template <class Real> mis::measured_vertex<double> in_double(const mis::measured_vertex<Real>& r) {
+    return {r.kind,
+            r.dirac,
+            double(r.pdf_to_light),
+            double(r.pdf_to_camera),
+            double(r.pdf_position),
+            double(r.pdf_next_event),
+            1,
+            1,
+            double(r.cos_to_camera),
+            double(r.cos_to_light),
+            double(r.distance2_to_light)};
+}
 // The path's records in double.
 template <class Real> void records_of(const complete_path<Real>& path, mis::measured_vertex<double>* out) {
-    for (int i = 0; i < path.size; ++i) {
-        const mis::measured_vertex<Real>& r = path.vertices[i].record;
-        out[i] = {r.kind,
-                  r.dirac,
-                  double(r.pdf_to_light),
-                  double(r.pdf_to_camera),
-                  double(r.pdf_position),
-                  double(r.pdf_next_event),
-                  1,
-                  1,
-                  double(r.cos_to_camera),
-                  double(r.cos_to_light),
-                  double(r.distance2_to_light)};
-    }
+    for (int i = 0; i < path.size; ++i)
+        out[i] = in_double(path.vertices[i].record);
 }
 
 inline mis::technique_counts<double> in_double(const mis::technique_counts<double>& c) { return c; }

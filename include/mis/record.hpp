@@ -83,7 +83,7 @@ inline bool is_number(double x) {
     return (bits >> 52 & 0x7ff) != 0x7ff;
 }
 
-// A field of a record: vertex -1 means the record itself. `field` is null where there is none.
+// A field of a record: of a vertex, or (-1) of the record itself. `field` is null where there is none.
 struct record_place {
     int vertex = -1;
     const char* field = nullptr;
@@ -106,6 +106,10 @@ inline record_place first_bad_number(const path_record& record) {
          {"survival", &recorded_vertex::survival},
          {"pdf_distance_from_camera", &recorded_vertex::pdf_distance_from_camera},
          {"pdf_distance_from_light", &recorded_vertex::pdf_distance_from_light}}};
+    for (int kind = 0; kind <= static_cast<int>(technique_kind::merge); ++kind)
+        if (const double n = count_of(record.counts, static_cast<technique_kind>(kind));
+            !(is_number(n) && n >= 0))
+            return {-1, "counts"};
     for (std::size_t i = 0; i < record.vertices.size(); ++i)
         for (const auto& [name, member] : fields)
             if (const double x = record.vertices[i].*member; is_given(x) && !(is_number(x) && x >= 0))
@@ -259,6 +263,7 @@ inline bool is_on(const weight_terms& terms, technique t) {
 struct expected_weight {
     double weight = 0;
     bool undecided = false; // hangs on the rounding of densities: maximum and cutoff
+    int tied = 1;           // maximum: techniques that share the largest density, but for rounding
     int missing = -1;       // place of a technique whose density is not given, see technique_at
 };
 
@@ -388,9 +393,11 @@ inline expected_weight weight_of(const weight_terms& terms) {
         result.undecided |= detail::hangs_on_rounding(terms, clamped(q), largest);
     });
     result.weight = detail::log_share(terms, own, largest) / sum;
-    if (terms.heuristic == heuristic_kind::maximum && terms.ties != tie::shared && result.weight > 0 &&
-        tied > 1)
-        result.weight = terms.ties == tie::all_win ? 1 : 0;
+    if (terms.heuristic == heuristic_kind::maximum && result.weight > 0) {
+        result.tied = tied;
+        if (tied > 1 && terms.ties != tie::shared)
+            result.weight = terms.ties == tie::all_win ? 1 : 0;
+    }
     return result;
 }
 

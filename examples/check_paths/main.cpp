@@ -1,0 +1,120 @@
+// Reads a renderer's weighted paths and reports whether their weights are right.
+#include "reader.hpp"
+#include "report.hpp"
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cstdio>
+#include <unistd.h>
+
+namespace {
+
+struct options {
+    std::string file;
+    double tolerance = 1e-4;
+    std::size_t examples = 2;
+    bool json = false;
+};
+
+[[noreturn]] void fail(const std::string& message) {
+    std::fprintf(stderr, "check_paths: %s\n", message.c_str());
+    std::exit(2);
+}
+
+// On a terminal, a line that is overwritten a few times a second.
+struct progress {
+    using clock = std::chrono::steady_clock;
+    bool is_shown = isatty(STDERR_FILENO) != 0;
+    clock::time_point start = clock::now(), next = start;
+};
+
+void show_progress(progress& p, const check_paths::line_reader& lines) {
+    using namespace std::chrono;
+    constexpr int lines_between_looks = 256; // at the clock
+    if (!p.is_shown || lines.line % lines_between_looks != 0)
+        return;
+    const auto now = progress::clock::now();
+    if (now < p.next)
+        return;
+    p.next = now + milliseconds(200);
+    const double read = static_cast<double>(check_paths::bytes_read(lines)) / 1e6;
+    const double seconds = duration<double>(now - p.start).count();
+    std::fprintf(stderr, "\r\033[K%.1f", read);
+    if (lines.file_size > 0)
+        std::fprintf(stderr, " of %.1f", static_cast<double>(lines.file_size) / 1e6);
+    std::fprintf(stderr, " MB, %lld lines", static_cast<long long>(lines.line));
+    if (seconds > 0)
+        std::fprintf(stderr, ", %.0f per second", static_cast<double>(lines.line) / seconds);
+}
+
+void clear_progress(const progress& p) {
+    if (p.is_shown)
+        std::fprintf(stderr, "\r\033[K");
+}
+
+check_paths::report check(check_paths::path_reader& reader, const options& o) {
+    using check_paths::read_status;
+    check_paths::report report;
+    report.diagnosis.tolerance = o.tolerance;
+    progress shown;
+    mis::path_record record;
+    std::string error;
+    for (;;) {
+        const read_status status = check_paths::next_record(reader, record, error);
+        if (status == read_status::failed)
+            report.failure = error;
+        if (status == read_status::failed || status == read_status::end)
+            break;
+        if (status == read_status::record)
+            check_paths::add_record(report, record);
+        else
+            check_paths::add_malformed(report, reader.lines.line, error);
+        show_progress(shown, reader.lines);
+    }
+    clear_progress(shown);
+    return report;
+}
+
+int run(const options& o) {
+    check_paths::path_reader reader;
+    if (!check_paths::open_lines(reader.lines, o.file))
+        fail("'" + o.file + "' cannot be read: " + reader.lines.failure);
+    const check_paths::report report = check(reader, o);
+    const mis::finding found = check_paths::suspects_in(report, o.examples);
+    if (o.json)
+        std::printf("%s\n", check_paths::to_json(report, found).dump(2).c_str());
+    else
+        check_paths::print(report, found, stdout);
+    if (std::fflush(stdout) != 0)
+        fail("the report cannot be written");
+    if (report.all.records == 0)
+        fail("'" + o.file + "' has no records");
+    return check_paths::exit_status(report);
+}
+
+} // namespace
+
+int main(int count, char** arguments) {
+    CLI::App app{"Checks the weights of a renderer's paths, written down as docs/path_dump.md describes.\n"
+                 "Exit status: 0 all agree, 1 some do not, 2 not all of the input could be read."};
+    options o;
+    app.add_option("FILE", o.file, "path dump, JSON Lines, also compressed with gzip; - is standard input")
+        ->required();
+    app.add_option("--tolerance", o.tolerance, "largest relative error of a weight that agrees")
+        ->capture_default_str();
+    app.add_option("--examples", o.examples, "records to show for each suspect")->capture_default_str();
+    app.add_flag("--json", o.json, "print the report as JSON");
+    try {
+        app.parse(count, arguments);
+    } catch (const CLI::CallForHelp& help) {
+        return app.exit(help);
+    } catch (const CLI::ParseError& error) {
+        fail(error.what());
+    }
+    if (!(o.tolerance >= 0 && o.tolerance < 1))
+        fail("--tolerance must be at least 0 and below 1");
+    try {
+        return run(o);
+    } catch (const std::exception& error) {
+        fail(error.what());
+    }
+}

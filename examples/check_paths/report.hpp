@@ -1,0 +1,54 @@
+// What a check of a renderer's weights has found, as text and as JSON.
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <map>
+#include <mis/diagnosis.hpp>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace check_paths {
+
+// Records of one technique and path length.
+struct tally {
+    std::int64_t records = 0, agreeing = 0, disagreeing = 0, undecided = 0, unusable = 0;
+    double largest_error = 0; // relative to the larger weight, of those that agree or not; infinite for NaN
+};
+
+// Something about one line of the input.
+struct remark {
+    std::int64_t line = 0;
+    std::string what;
+};
+
+struct report {
+    mis::diagnosis diagnosis;
+    std::map<std::pair<mis::technique_kind, int>, tally> tallies; // by technique and number of vertices
+    tally all;
+
+    // The first few of each kind.
+    std::vector<remark> disagreeing, no_numbers, unusable, malformed;
+    std::int64_t weights_no_numbers = 0; // NaN, infinite or negative
+    std::int64_t malformed_lines = 0;
+    std::int64_t incomplete = 0; // of the unusable records, those that lack a density
+    std::string failure;         // why reading ended early
+};
+
+// Compares a record's weight with the right one.
+void add_record(report& r, const mis::path_record& record);
+void add_malformed(report& r, std::int64_t line, const std::string& what);
+
+// Searches for the mistakes that explain the weights that disagree, with a few examples for each.
+mis::finding suspects_in(const report& r, std::size_t examples);
+
+// 0: all weights agree; 1: some do not; 2: some of the input, or all of it, could not be read or lacks
+// densities, whatever the rest says.
+int exit_status(const report& r);
+
+void print(const report& r, const mis::finding& found, std::FILE* out);
+nlohmann::ordered_json to_json(const report& r, const mis::finding& found);
+
+} // namespace check_paths

@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: MIT
+// Every mistake that the reference renderer can make is planted in it, alone and in pairs, and must be named
+// from at most 2,000 of the paths that it writes down.
+#include <cstdio>
+#include <cstdlib>
+#include <doctest/doctest.h>
+#include <map>
+#include <mis/diagnosis.hpp>
+#include <reader.hpp>
+#include <render.hpp>
+#include <unistd.h>
+
+namespace {
+
+using bpt::mistake;
+using bpt::mistake_set;
+
+constexpr int width = 48, lines_per_row = 41; // 1,968 paths
+
+mistake_set set_of(std::initializer_list<std::size_t> mistakes) {
+    mistake_set set;
+    for (const std::size_t k : mistakes)
+        set.planted.set(k);
+    return set;
+}
+
+// A scene and techniques in which all mistakes show, but for two that need rules of their own.
+bpt::settings<double> settings_for(const bpt::scene<double>& scene, const mistake_set& shown) {
+    bpt::settings<double> s;
+    s.width = width;
+    s.passes = 1;
+    s.threads = 1;
+    s.check_weights = false;
+    s.dump_paths = lines_per_row;
+    s.heuristic = {bpt::heuristic_kind::power, 2};
+    if (shown.has(mistake::maximum_tie))
+        s.heuristic.kind = bpt::heuristic_kind::maximum;
+    // Merges with another material, and of ties, are many where the radius is large.
+    const bool merges = shown.has(mistake::maximum_tie) || shown.has(mistake::merge_roulette);
+    s.merge_radius = (merges ? 0.06 : 0.01) * scene.radius;
+    s.counts = mis::connection_and_merging<double>(width * width, s.merge_radius);
+    s.counts.next_event = 2;
+    if (shown.has(mistake::subpath_caps))
+        s.counts.max_camera_vertices = s.counts.max_light_vertices = 4;
+    return s;
+}
+
+std::vector<std::string> dump_of(const bpt::scene<double>& scene, const bpt::settings<double>& settings) {
+    std::vector<std::string> lines;
+    bpt::render(scene, settings, [&](const bpt::pass_result<double>& result) {
+        for (const auto& row : result.rows)
+            lines.insert(lines.end(), row.dump.begin(), row.dump.end());
+    });
+    return lines;
+}
+
+std::vector<mis::path_record> records_of(const std::vector<std::string>& lines) {
+    std::FILE* const file = std::tmpfile();
+    REQUIRE(file);
+    for (const auto& line : lines)
+        std::fprintf(file, "%s\n", line.c_str());
+    std::rewind(file);
+    check_paths::path_reader reader;
+    REQUIRE(check_paths::open_lines(reader.lines, dup(fileno(file))));
+    std::vector<mis::path_record> records;
+    std::string error;
+    for (mis::path_record record;
+         check_paths::next_record(reader, record, error) == check_paths::read_status::record;)
+        records.push_back(record);
+    CHECK(error.empty());
+    std::fclose(file);
+    return records;
+}
+
+mis::finding diagnose(const std::vector<mis::path_record>& records) {
+    mis::diagnosis d;
+    for (const auto& record : records)
+        mis::judge(d, record);
+    return mis::suspects_of(d);
+}
+
+// Paths with these mistakes, in a setting in which those of `shown` can show: in units in which densities are
+// about 1, but in millimetres for floats to overflow.
+std::vector<mis::path_record> paths_with(const mistake_set& planted, const mistake_set& shown) {
+    const double scale = shown.has(mistake::power_overflow) ? 1 : 0.01;
+    const auto scene = bpt::scaled(bpt::make_scene<double>("mixed"), scale);
+    auto settings = settings_for(scene, shown);
+    settings.mistakes = planted;
+    return records_of(dump_of(scene, settings));
+}
+
+} // namespace
+
+TEST_CASE("every mistake has its name in the library, and the other way about") {
+    for (const char* name : bpt::mistake_names)
+        CHECK(std::any_of(std::begin(mis::mistakes), std::end(mis::mistakes),
+                          [&](const mis::mistake& m) { return std::string(m.identifier) == name; }));
+    for (const mis::mistake& m : mis::mistakes)
+        CHECK(std::any_of(std::begin(bpt::mistake_names), std::end(bpt::mistake_names),
+                          [&](const char* name) { return std::string(m.identifier) == name; }));
+}
+
+TEST_CASE("each mistake alone is named first") {
+    std::printf("%-24s %8s %8s %8s   %s\n", "planted", "paths", "wrong", "explained", "named");
+    for (std::size_t k = 0; k < bpt::mistake_count; ++k) {
+        const auto records = paths_with(set_of({k}), set_of({k}));
+        const auto f = diagnose(records);
+        std::printf("%-24s %8zu %8d %8d  ", bpt::mistake_names[k], records.size(), int(f.disagreeing),
+                    int(f.explained));
+        for (const auto& s : f.suspects)
+            std::printf(" %s(%d)", s.mistake->identifier, int(s.affected));
+        for (const auto* m : f.equivalent)
+            std::printf(" = %s", m->identifier);
+        std::printf("\n");
+        CAPTURE(bpt::mistake_names[k]);
+        CHECK(f.disagreeing > 0);
+        if (f.suspects.empty()) {
+            CHECK(false);
+            continue;
+        }
+        CHECK(std::string(f.suspects[0].mistake->identifier) == bpt::mistake_names[k]);
+        CHECK(f.suspects.size() == 1);
+    }
+}
+
+namespace {
+
+struct pair_result {
+    std::size_t a = 0, b = 0;
+    bool visible = false; // both change weights, in the presence of the other
+    bool both_named = false;
+    std::string named;
+};
+
+// Records of the same paths whose weights differ.
+int differing(const std::vector<mis::path_record>& a, const std::vector<mis::path_record>& b) {
+    int count = 0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        count += !mis::agree(a[i].weight, b[i].weight, 1e-4);
+    return count;
+}
+
+} // namespace
+
+TEST_CASE("mistakes in pairs are both named, in 90 % of the pairs that do not mask each other") {
+    std::vector<pair_result> pairs;
+    for (std::size_t a = 0; a < bpt::mistake_count; ++a)
+        for (std::size_t b = a + 1; b < bpt::mistake_count; ++b)
+            pairs.push_back({a, b, false, false, {}});
+    const int threads = static_cast<int>(std::thread::hardware_concurrency());
+    bpt::in_parallel(threads, static_cast<int>(pairs.size()), [&](int i) {
+        pair_result& p = pairs[static_cast<std::size_t>(i)];
+        const mistake_set both = set_of({p.a, p.b});
+        const auto records = paths_with(both, both);
+        constexpr int fewest = 10; // of 1,968 records
+        p.visible = differing(records, paths_with(set_of({p.a}), both)) >= fewest &&
+                    differing(records, paths_with(set_of({p.b}), both)) >= fewest;
+        if (!p.visible)
+            return;
+        const mis::finding f = diagnose(records);
+        int found = 0;
+        for (const auto& s : f.suspects) {
+            p.named += (p.named.empty() ? "" : ", ") + std::string(s.mistake->identifier);
+            for (const std::size_t k : {p.a, p.b})
+                found += std::string(s.mistake->identifier) == bpt::mistake_names[k];
+        }
+        p.both_named = found == 2;
+    });
+    int visible = 0, named = 0;
+    for (const pair_result& p : pairs) {
+        visible += p.visible;
+        named += p.both_named;
+        if (p.visible && !p.both_named)
+            std::printf("%s and %s: named %s\n", bpt::mistake_names[p.a], bpt::mistake_names[p.b],
+                        p.named.empty() ? "unexplained" : p.named.c_str());
+        if (!p.visible)
+            std::printf("%s masks %s\n", bpt::mistake_names[p.a], bpt::mistake_names[p.b]);
+    }
+    std::printf("%d of %zu pairs do not mask each other; both are named in %d of them\n", visible,
+                pairs.size(), named);
+    CHECK(visible >= 200);
+    CHECK(named >= 0.9 * visible);
+}
