@@ -11,44 +11,16 @@ using namespace test;
 
 namespace {
 
-mis::path_record record_of(const random_path<double>& path, const mis::technique& t) {
-    mis::path_record record;
-    record.technique = t;
-    record.counts = path.counts;
-    for (const auto& m : path.vertices) {
-        mis::recorded_vertex x;
-        x.kind = m.kind;
-        x.dirac = m.dirac;
-        x.pdf_to_light = m.pdf_to_light;
-        x.pdf_to_camera = m.pdf_to_camera;
-        x.pdf_position = m.pdf_position;
-        x.pdf_next_event = m.pdf_next_event;
-        x.pdf_distance_from_camera = m.pdf_distance_from_camera;
-        x.pdf_distance_from_light = m.pdf_distance_from_light;
-        x.merge_factor = m.merge_factor;
-        x.cos_to_camera = m.cos_to_camera;
-        x.cos_to_light = m.cos_to_light;
-        x.distance2_to_light = m.distance2_to_light;
-        record.vertices.push_back(x);
-    }
-    return record;
+mis::path_record record_of(const random_path<double>& path, mis::technique t) {
+    return mis::record_of(path.counts, path.data(), path.size(), t, 0);
 }
 
 // P-> and P<- in place of everything else.
-mis::path_record with_area_densities(mis::path_record record, const random_path<double>& path) {
-    for (int i = 0; i < path.size(); ++i) {
-        const auto area = mis::area_densities(path.data(), path.size(), i);
-        mis::recorded_vertex x;
-        x.kind = area.kind;
-        x.dirac = area.dirac;
-        x.merge_factor = area.merge_factor;
-        x.density_from_camera = area.density_from_camera;
-        x.density_from_light = area.density_from_light;
-        if (i == 0 || i == path.size() - 1)
-            x.pdf_next_event = area.next_event;
-        record.vertices[static_cast<std::size_t>(i)] = x;
-    }
-    return record;
+mis::path_record area_record_of(const random_path<double>& path, mis::technique t) {
+    std::vector<mis::area_vertex<double>> area;
+    for (int i = 0; i < path.size(); ++i)
+        area.push_back(mis::area_densities(path.data(), path.size(), i));
+    return mis::record_of(path.counts, area.data(), path.size(), t, 0);
 }
 
 double oracle_weight(const mis::path_record& r, const random_path<double>& path) {
@@ -105,7 +77,9 @@ TEST_CASE("the weight of a record is that of the complete path, 40,000 random on
         };
         close(record);
         bool representable = true; // densities per area may overflow where their ratios do not
-        const auto area = with_area_densities(record, path);
+        auto area = area_record_of(path, record.technique);
+        area.heuristic = record.heuristic;
+        area.parameter = record.parameter;
         for (const auto& x : area.vertices)
             representable &= mis::is_number(x.density_from_camera) && x.density_from_camera != 0 &&
                              mis::is_number(x.density_from_light) && x.density_from_light != 0;

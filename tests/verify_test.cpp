@@ -110,10 +110,10 @@ TEST_CASE("names, and numbers that are none") {
     CHECK(name(technique_kind::connection, 3) == "connection (s = 3)");
     CHECK(name(technique_kind::merge, 3) == "merge at x_2 (s = 3)");
     CHECK(mis::verify::to_string(vertex_kind::infinite_light) == "infinite light");
-    CHECK(mis::verify::is_number(0));
-    CHECK(mis::verify::is_number(-std::numeric_limits<double>::max()));
-    CHECK_FALSE(mis::verify::is_number(not_a_number));
-    CHECK_FALSE(mis::verify::is_number(infinity));
+    CHECK(mis::is_number(0));
+    CHECK(mis::is_number(-std::numeric_limits<double>::max()));
+    CHECK_FALSE(mis::is_number(not_a_number));
+    CHECK_FALSE(mis::is_number(infinity));
     CHECK(mis::verify::detail::text(not_a_number) == "NaN");
     CHECK(mis::verify::detail::text(-infinity) == "-infinity");
     CHECK_FALSE(static_cast<bool>(result{false, ""}));

@@ -63,13 +63,11 @@ template <class Real, class Weights> struct sample_pair {
 // Completes the record of a surface vertex for an edge chosen for it: `across` continues its walk along the
 // edge.
 template <class Real>
-mis::subpath_end<Real> complete_end(const mistake_set& mistakes, vertex<Real>& x, const vec3<Real>& across,
-                                    walk_kind kind) {
+mis::subpath_end<Real> complete_end(vertex<Real>& x, const vec3<Real>& across, walk_kind kind) {
     const Real cosine = geometric_cosine(x, across);
     const Real forward = density(*x.material, x.point, x.towards_previous, across);
     const Real back = density(*x.material, x.point, across, x.towards_previous);
     record_scatter(x, kind, cosine, forward, back);
-    tell_scatter(mistakes, x, kind, across);
     return {x.state, cosine, forward, back};
 }
 
@@ -108,9 +106,9 @@ void next_event(sample_pair<Real, Weights>& pair, int s, pcg32& rng, Sink&& sink
     if (!is_visible(pair.scene, x.point.position, target))
         return;
     const Real distance2 = squared_distance(x, y);
-    const mis::subpath_end<Real> end = complete_end(pair.weigh.mistakes, x, to_light, walk_kind::from_camera);
+    const mis::subpath_end<Real> end = complete_end(x, to_light, walk_kind::from_camera);
     x.record.distance2_to_light = distance2;
-    tell_next_event(pair.weigh.mistakes, pair.scene, x, y, distance2);
+    tell_next_event(pair.weigh.mistakes, pair.scene, x, y, to_light, distance2);
     const Real samples = pair.weigh.counts.next_event * y.record.pdf_next_event;
     const color<Real> value = x.throughput * f * emitted * (y.record.cos_to_camera / (distance2 * samples));
     sink(made_by(mis::technique_kind::next_event, s, s + 1, pair.pixel, value), path,
@@ -130,12 +128,10 @@ void connection(sample_pair<Real, Weights>& pair, int s, int t, Sink&& sink) {
     if (f == color<Real>(0) || !is_visible(pair.scene, x.point.position, y.point.position))
         return;
     const Real distance2 = squared_distance(x, y);
-    const mis::subpath_end<Real> camera_end =
-        complete_end(pair.weigh.mistakes, x, to_light, walk_kind::from_camera);
-    const mis::subpath_end<Real> light_end =
-        complete_end(pair.weigh.mistakes, y, -to_light, walk_kind::from_light);
+    const mis::subpath_end<Real> camera_end = complete_end(x, to_light, walk_kind::from_camera);
+    const mis::subpath_end<Real> light_end = complete_end(y, -to_light, walk_kind::from_light);
     x.record.distance2_to_light = distance2;
-    tell_edge(pair.weigh.mistakes, x, distance2);
+    tell_connection(pair.weigh.mistakes, x, y, to_light, distance2);
     const color<Real> value = x.throughput * f * y.throughput / distance2;
     sink(made_by(mis::technique_kind::connection, s, s + t, pair.pixel, value), path,
          [&] { return pair.weigh.connection(camera_end, light_end, distance2); });
@@ -168,18 +164,17 @@ void camera_connection(sample_pair<Real, Weights>& pair, int t, pcg32& rng, Sink
         return;
     lens.record.distance2_to_light = distance2;
     tell_end(pair.weigh.mistakes, pair.scene, lens);
-    if (direct)
-        tell_end(pair.weigh.mistakes, pair.scene, y);
     // The pixel's response W |cos| is pdf_to_light times the density of the lens point, which has been
     // sampled.
     const color<Real> value = f * (lens.record.pdf_to_light / distance2);
     if (direct) {
+        tell_end(pair.weigh.mistakes, pair.scene, y);
         sink(made_by(mis::technique_kind::direct, 1, 2, pixel, value / pair.weigh.counts.direct), path,
              [&] { return pair.weigh.direct(camera_end_point(lens), light_end_point(y), distance2); });
         return;
     }
-    const mis::subpath_end<Real> light_end =
-        complete_end(pair.weigh.mistakes, y, -leaving, walk_kind::from_light);
+    const mis::subpath_end<Real> light_end = complete_end(y, -leaving, walk_kind::from_light);
+    tell_scatter(pair.weigh.mistakes, y, walk_kind::from_light, -leaving);
     const color<Real> share = value / pair.weigh.counts.camera_connection;
     sink(made_by(mis::technique_kind::camera_connection, 1, t + 1, pixel, share), path,
          [&] { return pair.weigh.camera_connection(camera_end_point(lens), light_end, distance2); });

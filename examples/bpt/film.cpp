@@ -108,20 +108,6 @@ void write_sheet(const std::string& file, const std::vector<labelled_image>& ima
     write(picture, file);
 }
 
-void write_comparison(const std::string& file, const film& film, const image& right, double exposure) {
-    const double scale = exposure / film.passes;
-    image difference = right;
-    for (std::size_t i = 0; i < right.pixels.size(); ++i) {
-        const glm::dvec3 change = film.sum.pixels[i] - right.pixels[i];
-        const double brighter = std::clamp(scale * (change.x + change.y + change.z), -1.0, 1.0);
-        const double rest = 1 - std::abs(brighter);
-        difference.pixels[i] = brighter > 0 ? glm::dvec3(1, rest, rest) : glm::dvec3(rest, rest, 1);
-    }
-    write_sheet(
-        file, {{"right", right, scale}, {"with the mistake", film.sum, scale}, {"difference", difference, 1}},
-        3);
-}
-
 void write_pyramid(const std::string& file, const film& film, double exposure) {
     constexpr int tile = 60, gap = 4, label = 14, header = 40, longest_shown = 6, margin = 44;
     constexpr int block = longest_shown * (tile + gap);

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "connect.hpp"
-#include <mis/record.hpp>
 
 namespace bpt {
 
@@ -32,15 +31,6 @@ struct film {
     }
 };
 
-// Adds a contribution to the film, and with its right weight to an image without mistakes. A weight that is
-// no number is left out, as renderers do.
-template <class Real> void add(film& film, image& right, const contribution<Real>& c) {
-    if (mis::is_number(static_cast<double>(c.weight)))
-        film.add(c);
-    right.pixels[static_cast<std::size_t>(c.pixel)] +=
-        glm::dvec3(c.value) * static_cast<double>(c.right_weight);
-}
-
 // Each throws std::runtime_error with the file's name when it cannot write.
 void write_png(const std::string& file, const film& film, double exposure);
 void write_exr(const std::string& file, const film& film);
@@ -51,9 +41,6 @@ struct labelled_image {
     double scale = 1;
 };
 void write_sheet(const std::string& file, const std::vector<labelled_image>& images, int columns);
-// Three images: right, with the film's mistakes, and their difference: red where mistakes make it brighter,
-// blue where darker.
-void write_comparison(const std::string& file, const film& film, const image& right, double exposure);
 // One row per path length, one column per s; unweighted on the left, weighted on the right.
 void write_pyramid(const std::string& file, const film& film, double exposure);
 

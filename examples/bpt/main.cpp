@@ -1,6 +1,6 @@
 // The reference renderer's command line: renders scenes, writes their images and prints how far the three
 // ways of computing weights are apart.
-#include "film.hpp"
+#include "compare.hpp"
 #include "render.hpp"
 #include <CLI/CLI.hpp>
 #include <chrono>
@@ -147,18 +147,19 @@ rendered render_scene(const std::string& name, const options& o, bool write_imag
     settings.dump_paths = dump.is_open() ? (o.dump_limit - 1) / (o.size * o.samples) + 1 : 0;
 
     bpt::film film(o.size);
-    bpt::image right = film.sum; // without the mistakes
+    bpt::comparison comparison(o.size);
     bpt::weight_checks checks;
     int dumped = 0;
     bpt::render(scene, settings, [&](const bpt::pass_result<Real>& result) {
         for (const auto& row : result.rows) {
             for (const auto& c : row.contributions)
-                bpt::add(film, right, c);
+                comparison.add(film, c);
             checks.add(row.checks);
             for (const auto& line : row.dump)
                 if (dumped < o.dump_limit)
                     dump << line << '\n', ++dumped;
         }
+        comparison.end_pass();
         film.passes = result.pass + 1;
         show_progress(name, film.passes, o.samples);
     });
@@ -168,8 +169,11 @@ rendered render_scene(const std::string& name, const options& o, bool write_imag
         bpt::write_png(base + ".png", film, exposure);
         bpt::write_exr(base + ".exr", film);
         bpt::write_pyramid(base + "-pyramid.png", film, exposure);
-        if (settings.mistakes.any())
-            bpt::write_comparison(base + "-mistake.png", film, right, exposure);
+    }
+    if (write_images && settings.mistakes.any()) {
+        bpt::write_comparison(o.output + "/" + name + "-mistake.png", film, comparison.right,
+                              static_cast<double>(scene.exposure));
+        std::printf("%s: %s\n", name.c_str(), bpt::change_of(comparison, film.passes).c_str());
     }
     return {checks, {name, film.sum, static_cast<double>(scene.exposure) / film.passes}};
 }

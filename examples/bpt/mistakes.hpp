@@ -132,14 +132,24 @@ template <class Real> void tell_hit(const mistake_set& mistakes, const scene<Rea
     tell_end(mistakes, scene, x);
     x.told.cos_to_camera = cosine;
 }
-// A light point that has been sampled for a vertex, which has been told the edge's direction.
+// A light point has been sampled for a vertex.
 template <class Real>
 void tell_next_event(const mistake_set& mistakes, const scene<Real>& scene, vertex<Real>& x,
-                     vertex<Real>& light, Real distance2) {
+                     vertex<Real>& light, const vec3<Real>& to_light, Real distance2) {
+    tell_scatter(mistakes, x, walk_kind::from_camera, to_light);
     tell_edge(mistakes, x, distance2);
     tell_end(mistakes, scene, light);
     if (mistakes.has(mistake::environment_measure) && is_infinite(light))
         x.told.cos_to_light = 1;
+}
+
+// The ends of two walks have been joined.
+template <class Real>
+void tell_connection(const mistake_set& mistakes, vertex<Real>& x, vertex<Real>& y,
+                     const vec3<Real>& to_light, Real distance2) {
+    tell_scatter(mistakes, x, walk_kind::from_camera, to_light);
+    tell_scatter(mistakes, y, walk_kind::from_light, -to_light);
+    tell_edge(mistakes, x, distance2);
 }
 
 // A merge: the record of the camera's vertex has been completed with the photon's edge.

@@ -1,5 +1,4 @@
 // Reads a renderer's weighted paths and reports whether their weights are right.
-#include "reader.hpp"
 #include "report.hpp"
 #include <CLI/CLI.hpp>
 #include <chrono>
@@ -52,24 +51,11 @@ void clear_progress(const progress& p) {
 }
 
 check_paths::report check(check_paths::path_reader& reader, const options& o) {
-    using check_paths::read_status;
     check_paths::report report;
     report.diagnosis.tolerance = o.tolerance;
     progress shown;
-    mis::path_record record;
-    std::string error;
-    for (;;) {
-        const read_status status = check_paths::next_record(reader, record, error);
-        if (status == read_status::failed)
-            report.failure = error;
-        if (status == read_status::failed || status == read_status::end)
-            break;
-        if (status == read_status::record)
-            check_paths::add_record(report, record);
-        else
-            check_paths::add_malformed(report, reader.lines.line, error);
+    while (check_paths::add_next(report, reader))
         show_progress(shown, reader.lines);
-    }
     clear_progress(shown);
     return report;
 }
@@ -86,9 +72,12 @@ int run(const options& o) {
         check_paths::print(report, found, stdout);
     if (std::fflush(stdout) != 0)
         fail("the report cannot be written");
-    if (report.all.records == 0)
+    const bool is_empty = report.all.records == 0;
+    if (!report.failure.empty())
+        fail("'" + o.file + "' cannot be read" + (is_empty ? "" : " to its end") + ": " + report.failure);
+    if (is_empty)
         fail("'" + o.file + "' has no records");
-    return check_paths::exit_status(report);
+    return check_paths::exit_status(report, found);
 }
 
 } // namespace
@@ -101,7 +90,9 @@ int main(int count, char** arguments) {
         ->required();
     app.add_option("--tolerance", o.tolerance, "largest relative error of a weight that agrees")
         ->capture_default_str();
-    app.add_option("--examples", o.examples, "records to show for each suspect")->capture_default_str();
+    app.add_option("--examples", o.examples, "records to show for each suspect")
+        ->check(CLI::NonNegativeNumber)
+        ->capture_default_str();
     app.add_flag("--json", o.json, "print the report as JSON");
     try {
         app.parse(count, arguments);

@@ -1,6 +1,6 @@
 #include "report.hpp"
 
-#include "reader.hpp"
+#include <algorithm>
 #include <cmath>
 
 namespace check_paths {
@@ -17,13 +17,17 @@ double relative_error(double claimed, double right) {
     return larger > 1e-30 ? std::abs(claimed - right) / larger : 0;
 }
 
+bool is_usable(const mis::judgement& j) {
+    return j.verdict != mis::verdict::incomplete && j.verdict != mis::verdict::bad_numbers;
+}
+
 void add_judgement(tally& t, const mis::judgement& j, double error) {
     const bool is_weighed = j.verdict == mis::verdict::agrees || j.verdict == mis::verdict::disagrees;
     ++t.records;
     t.agreeing += j.verdict == mis::verdict::agrees;
     t.disagreeing += j.verdict == mis::verdict::disagrees;
     t.undecided += j.verdict == mis::verdict::undecided;
-    t.unusable += j.verdict == mis::verdict::incomplete || j.verdict == mis::verdict::bad_numbers;
+    t.unusable += !is_usable(j);
     if (is_weighed)
         t.largest_error = std::max(t.largest_error, error);
 }
@@ -38,23 +42,24 @@ std::string describe_disagreement(const mis::path_record& record, const mis::jud
     return std::string(name_of(record.technique.kind)) + " of " + std::to_string(record.vertices.size()) +
            " vertices, weight " + format_number(record.weight) + ", should be " + format_number(j.right);
 }
+std::string describe_unusable(const mis::judgement& j) {
+    const std::string vertex = j.place.vertex < 0 ? "" : "vertex " + std::to_string(j.place.vertex) + ": ";
+    const char* fault = j.verdict == mis::verdict::incomplete ? " is missing, or what it follows from"
+                                                              : " is negative or not finite";
+    return vertex + "\"" + j.place.field + "\"" + fault;
+}
+
 // A weight that is no number, and where the first such number arises.
 std::string describe_no_number(const mis::path_record& record, const mis::judgement& j,
                                const mis::weight_terms& terms) {
     const std::string weight = "weight " + format_number(record.weight);
-    if (j.verdict == mis::verdict::bad_numbers)
-        return weight + ", from vertex " + std::to_string(j.place.vertex) + ": \"" + j.place.field +
-               "\" is negative or not finite";
+    if (!is_usable(j))
+        return weight + ", " + describe_unusable(j);
     const int vertex = mis::first_float_overflow(terms);
     if (vertex >= 0)
         return weight + ", should be " + format_number(j.right) + ": from vertex " + std::to_string(vertex) +
-               " on, the product of densities leaves the range of float";
+               " on, the product of densities is 0 or leaves the range of float";
     return weight + ", should be " + format_number(j.right) + ": all densities are ordinary numbers";
-}
-std::string describe_unusable(const mis::judgement& j) {
-    const char* fault = j.verdict == mis::verdict::incomplete ? " is missing, or what it follows from"
-                                                              : " is negative or not finite";
-    return "vertex " + std::to_string(j.place.vertex) + ": \"" + j.place.field + "\"" + fault;
 }
 
 void keep(std::vector<remark>& remarks, std::size_t most, std::int64_t line, const std::string& what) {
@@ -93,31 +98,44 @@ nlohmann::ordered_json to_json(const tally& t) {
     return j;
 }
 
-// Mistakes without repetition, and the fields that would tell them.
-std::map<std::string, std::string> missing_fields(const mis::finding& found) {
-    std::map<std::string, std::string> identifiers; // by field
+// Mistakes that could explain what is left, without repetition, by the fields that would tell them. None
+// where nothing is left.
+std::map<std::string, std::vector<std::string>> missing_fields(const mis::finding& found) {
+    std::map<std::string, std::vector<std::string>> identifiers;
+    if (found.explained == found.disagreeing)
+        return identifiers;
     for (const mis::mistake* m : found.unknown) {
-        std::string& list = identifiers[m->needs];
-        if (list.find(m->identifier) == std::string::npos)
-            list += (list.empty() ? "" : ", ") + std::string(m->identifier);
+        auto& list = identifiers[m->needs];
+        if (std::find(list.begin(), list.end(), m->identifier) == list.end())
+            list.push_back(m->identifier);
     }
     return identifiers;
+}
+
+std::string joined(const std::vector<std::string>& words) {
+    std::string text;
+    for (const std::string& word : words)
+        text += (text.empty() ? "" : ", ") + word;
+    return text;
 }
 
 bool is_unexplained(const report& r, const mis::finding& found) {
     return found.suspects.empty() && r.all.disagreeing > 0;
 }
 
+void print_explained(std::FILE* out, const char* who, const mis::finding& found) {
+    std::fprintf(out, "%s %lld of %lld wrong weights, would change %lld of %lld right ones.\n", who,
+                 static_cast<long long>(found.explained), static_cast<long long>(found.disagreeing),
+                 static_cast<long long>(found.spoiled), static_cast<long long>(found.agreeing));
+}
+
 void print_suspect(std::FILE* out, const mis::suspect& s, const mis::finding& found) {
     std::fprintf(out, "\nsuspect: %s\n  %s\n", s.mistake->identifier, s.mistake->what);
     if (found.suspects.size() == 1)
-        std::fprintf(out, "  Explains %lld of %lld wrong weights", static_cast<long long>(found.explained),
-                     static_cast<long long>(found.disagreeing));
+        print_explained(out, "  Explains", found);
     else
-        std::fprintf(out, "  Changes %lld of %lld wrong weights", static_cast<long long>(s.affected),
+        std::fprintf(out, "  Needed for %lld of %lld wrong weights.\n", static_cast<long long>(s.affected),
                      static_cast<long long>(found.disagreeing));
-    std::fprintf(out, ", would change %lld of %lld right ones.\n", static_cast<long long>(found.spoiled),
-                 static_cast<long long>(found.agreeing));
     for (const auto& e : s.examples)
         std::fprintf(out, "  line %lld: weight %.9g, should be %.9g, with the mistake %.9g\n",
                      static_cast<long long>(e.line), e.claimed, e.right, e.predicted);
@@ -128,17 +146,20 @@ void print_suspects(std::FILE* out, const report& r, const mis::finding& found) 
     for (const mis::suspect& s : found.suspects)
         print_suspect(out, s, found);
     if (found.suspects.size() > 1)
-        std::fprintf(out, "\nTogether they explain %lld of %lld wrong weights%s.\n",
-                     static_cast<long long>(found.explained), static_cast<long long>(found.disagreeing),
-                     found.disagreeing < r.all.disagreeing ? ", a random sample" : "");
+        print_explained(out, "\nTogether: explain", found);
+    if (found.suspects.size() > 1 && found.disagreeing < r.all.disagreeing)
+        std::fprintf(out, "These numbers are those of a random sample.\n");
     for (const mis::mistake* m : found.equivalent)
         std::fprintf(out, "\nThe same weights would follow from %s: %s\n", m->identifier, m->what);
     if (is_unexplained(r, found))
         std::fprintf(out, "\nsuspect: unexplained\n  No mistake known here explains these weights.\n");
-    if (found.explained < found.disagreeing)
-        for (const auto& [field, identifiers] : missing_fields(found))
-            std::fprintf(out, "\nSome records lack %s. Without it these cannot be told: %s\n", field.c_str(),
-                         identifiers.c_str());
+    for (const mis::mistake* m : found.closest)
+        std::fprintf(out, "  Closest: %s. %s\n", m->identifier, m->what);
+    if (!found.closest.empty())
+        print_explained(out, "  That explains", found);
+    for (const auto& [field, identifiers] : missing_fields(found))
+        std::fprintf(out, "\nSome records lack %s. Without it these cannot be told: %s\n", field.c_str(),
+                     joined(identifiers).c_str());
 }
 
 nlohmann::ordered_json to_json(const mis::finding& found) {
@@ -157,14 +178,19 @@ nlohmann::ordered_json to_json(const mis::finding& found) {
     return list;
 }
 
+nlohmann::ordered_json identifiers_of(const std::vector<const mis::mistake*>& mistakes) {
+    auto list = nlohmann::ordered_json::array();
+    for (const mis::mistake* m : mistakes)
+        list.push_back(m->identifier);
+    return list;
+}
+
 nlohmann::ordered_json to_json(const std::vector<remark>& remarks) {
     auto list = nlohmann::ordered_json::array();
     for (const remark& one : remarks)
         list.push_back({{"line", one.line}, {"what", one.what}});
     return list;
 }
-
-} // namespace
 
 void add_record(report& r, const mis::path_record& record) {
     const mis::judgement j = mis::judge(r.diagnosis, record);
@@ -177,24 +203,41 @@ void add_record(report& r, const mis::path_record& record) {
     } else if (j.verdict == mis::verdict::disagrees) {
         keep(r.disagreeing, most_remarks, record.line, describe_disagreement(record, j));
     }
-    if (j.verdict == mis::verdict::incomplete || j.verdict == mis::verdict::bad_numbers)
+    if (!is_usable(j))
         keep(r.unusable, most_remarks, record.line, describe_unusable(j));
     r.incomplete += j.verdict == mis::verdict::incomplete;
 }
 
-void add_malformed(report& r, std::int64_t line, const std::string& what) {
-    ++r.malformed_lines;
-    keep(r.malformed, most_remarks, line, what);
+} // namespace
+
+bool add_next(report& r, path_reader& reader) {
+    std::string error;
+    switch (next_record(reader, r.record, error)) {
+    case read_status::record:
+        add_record(r, r.record);
+        return true;
+    case read_status::malformed:
+        ++r.malformed_lines;
+        keep(r.malformed, most_remarks, reader.lines.line, error);
+        return true;
+    case read_status::failed:
+        r.failure = error;
+        break;
+    case read_status::end:
+        break;
+    }
+    return false;
 }
 
 mis::finding suspects_in(const report& r, std::size_t examples) {
     return mis::suspects_of(r.diagnosis, examples);
 }
 
-int exit_status(const report& r) {
+int exit_status(const report& r, const mis::finding& found) {
     if (r.all.records == 0 || r.malformed_lines > 0 || r.incomplete > 0 || !r.failure.empty())
         return 2;
-    return r.all.agreeing + r.all.undecided == r.all.records ? 0 : 1;
+    const bool all_agree = r.all.agreeing + r.all.undecided == r.all.records;
+    return all_agree && found.suspects.empty() ? 0 : 1;
 }
 
 void print(const report& r, const mis::finding& found, std::FILE* out) {
@@ -224,8 +267,13 @@ nlohmann::ordered_json to_json(const report& r, const mis::finding& found) {
                              {"techniques", tallies},
                              {"suspects", to_json(found)},
                              {"unexplained", is_unexplained(r, found)},
+                             {"closest", identifiers_of(found.closest)},
                              {"explained", found.explained},
                              {"looked_at", found.disagreeing},
+                             {"spoiled", found.spoiled},
+                             {"equivalent", identifiers_of(found.equivalent)},
+                             {"missing_fields", missing_fields(found)},
+                             {"weights_no_numbers", r.weights_no_numbers},
                              {"disagreeing", to_json(r.disagreeing)},
                              {"no_numbers", to_json(r.no_numbers)},
                              {"unusable", to_json(r.unusable)},
@@ -233,7 +281,7 @@ nlohmann::ordered_json to_json(const report& r, const mis::finding& found) {
                              {"malformed", to_json(r.malformed)}};
     if (!r.failure.empty())
         j["failure"] = r.failure;
-    j["exit_status"] = exit_status(r);
+    j["exit_status"] = exit_status(r, found);
     return j;
 }
 

@@ -1,6 +1,7 @@
 // What a check of a renderer's weights has found, as text and as JSON.
 #pragma once
 
+#include "reader.hpp"
 #include <cstdint>
 #include <cstdio>
 #include <map>
@@ -35,18 +36,21 @@ struct report {
     std::int64_t malformed_lines = 0;
     std::int64_t incomplete = 0; // of the unusable records, those that lack a density
     std::string failure;         // why reading ended early
+
+    mis::path_record record; // reused from line to line
 };
 
-// Compares a record's weight with the right one.
-void add_record(report& r, const mis::path_record& record);
-void add_malformed(report& r, std::int64_t line, const std::string& what);
+// Reads the next line that is not blank and compares its weight with the right one. False where nothing
+// follows: at the end of the input, or where it breaks off, which then is the report's failure.
+bool add_next(report& r, path_reader& reader);
 
 // Searches for the mistakes that explain the weights that disagree, with a few examples for each.
 mis::finding suspects_in(const report& r, std::size_t examples);
 
-// 0: all weights agree; 1: some do not; 2: some of the input, or all of it, could not be read or lacks
-// densities, whatever the rest says.
-int exit_status(const report& r);
+// 0: all weights agree; 1: some do not, or there is a suspect without any such weight, as for ties of the
+// maximum heuristic; 2: some of the input, or all of it, could not be read or lacks densities, whatever the
+// rest says.
+int exit_status(const report& r, const mis::finding& found);
 
 void print(const report& r, const mis::finding& found, std::FILE* out);
 nlohmann::ordered_json to_json(const report& r, const mis::finding& found);

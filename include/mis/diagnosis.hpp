@@ -38,13 +38,8 @@ struct judgement {
 // Two weights are equal, relative to the larger; weights below 1e-30 are 0. NaN equals NaN and infinity
 // infinity, because a mistake may predict them.
 inline bool agree(double a, double b, double tolerance) {
-    if (!is_number(a) || !is_number(b)) {
-        std::uint64_t bits_a = 0, bits_b = 0;
-        std::memcpy(&bits_a, &a, sizeof a);
-        std::memcpy(&bits_b, &b, sizeof b);
-        const auto is_nan = [](std::uint64_t bits) { return (bits << 12) != 0; };
-        return !is_number(a) && !is_number(b) && is_nan(bits_a) == is_nan(bits_b);
-    }
+    if (!is_number(a) || !is_number(b))
+        return !is_number(a) && !is_number(b) && is_nan(a) == is_nan(b);
     return std::abs(a - b) <= tolerance * std::max(std::abs(a), std::abs(b)) + 1e-30;
 }
 
@@ -61,7 +56,7 @@ struct diagnosis {
     std::array<score, mistake_count> scores{};
 
     // Ties of the maximum heuristic with a weight of 0 or 1: rounding may have decided them.
-    std::int64_t ties_won = 0, ties_lost = 0, ties_shared = 0;
+    std::int64_t ties_won = 0, ties_lost = 0;
 
     // Random samples of each kind.
     static constexpr std::size_t most_disagreeing = 2000, most_agreeing = 500, most_ties = 100;
@@ -87,6 +82,7 @@ struct finding {
     std::vector<suspect> suspects;           // the one that explains the most first; none: unexplained
     std::int64_t explained = 0, spoiled = 0; // by all of them, of `disagreeing` and `agreeing` records
     std::int64_t disagreeing = 0, agreeing = 0;
+    std::vector<const mistake*> closest;    // no suspects, but they explain a tenth or more
     std::vector<const mistake*> equivalent; // single mistakes that would explain the same records
     std::vector<const mistake*> unknown;    // that cannot be told, because records lack a field
 };
@@ -335,8 +331,6 @@ inline judgement judge(diagnosis& d, const path_record& record) {
         return {verdict::incomplete, 0, detail::missing_field(d.right_terms, right.missing)};
     }
     const bool agrees = agree(record.weight, right.weight, d.tolerance);
-    if (right.tied > 1 && agrees)
-        ++d.ties_shared;
     if (right.tied > 1 && (record.weight == 0 || record.weight == 1)) {
         ++(record.weight == 0 ? d.ties_lost : d.ties_won);
         ++d.undecided;
@@ -369,23 +363,42 @@ inline judgement judge(diagnosis& d, const path_record& record) {
 
 namespace detail {
 
-// Rounding decides for each of the tied techniques now and then. Always for, or always against, is a mistake;
-// by chance, that happens in one of 2^15 renderers.
-inline bool are_wrong(std::int64_t ties_won, std::int64_t ties_lost, std::int64_t ties_shared) {
-    return ties_shared == 0 && ties_won + ties_lost >= 16 && (ties_won == 0 || ties_lost == 0);
+// Rounding decides a tie of the maximum heuristic now for one technique and now for another. Always for, or
+// always against, is a mistake: by chance, that happens in one of 2^15 dumps. Ties are those that remain with
+// a set of mistakes; returns the set with the mistake of ties that they show, if any.
+inline mistake_set with_wrong_ties(search& s, const mistake_set& set) {
+    int won = 0, lost = 0, shared = 0;
+    for (const sampled& r : s.records) {
+        s.scratch = r.terms;
+        if (plant_all(set, s.scratch, *r.record) == planted::unknown)
+            continue;
+        const expected_weight expected = weight_of(s.scratch);
+        if (expected.tied == 1)
+            continue;
+        won += r.record->weight == 1;
+        lost += r.record->weight == 0;
+        shared += agree(r.record->weight, expected.weight, s.tolerance);
+    }
+    if (shared > 0 || won + lost < 16 || (won > 0 && lost > 0))
+        return set;
+    for (std::size_t k = 0; k < mistake_count; ++k) {
+        if (mistakes[k].plant == break_ties<tie::all_win> && won > 0)
+            return with(set, k);
+        if (mistakes[k].plant == break_ties<tie::all_lose> && lost > 0)
+            return with(set, k);
+    }
+    return set;
 }
 
 } // namespace detail
 
 // The mistakes that explain the disagreeing records. None where all records agree, or where no set of
-// mistakes explains a tenth of those that do not: then the weights are unexplained.
+// mistakes explains half of those that do not: then the weights are unexplained.
 inline finding suspects_of(const diagnosis& d, std::size_t examples = 2) {
     finding result;
-    const bool wrong_ties = detail::are_wrong(d.ties_won, d.ties_lost, d.ties_shared);
     result.disagreeing = static_cast<std::int64_t>(d.disagreeing_sample.size());
-    result.disagreeing += wrong_ties ? static_cast<std::int64_t>(d.tied_sample.size()) : 0;
     result.agreeing = static_cast<std::int64_t>(d.agreeing_sample.size());
-    if (result.disagreeing == 0)
+    if (result.disagreeing == 0 && d.tied_sample.empty())
         return result;
     detail::search s;
     s.tolerance = d.tolerance;
@@ -393,14 +406,29 @@ inline finding suspects_of(const diagnosis& d, std::size_t examples = 2) {
         std::max<std::int64_t>(std::min<std::int64_t>(3, result.disagreeing), result.disagreeing / 400));
     detail::add_to(s, d.disagreeing_sample, true);
     detail::add_to(s, d.agreeing_sample, false);
-    if (wrong_ties)
-        detail::add_to(s, d.tied_sample, true);
     for (std::size_t k = 0; k < mistake_count; ++k)
         if (d.scores[k].unknown > 0)
             result.unknown.push_back(&mistakes[k]);
-    const detail::set_score best = detail::best_set(s);
-    if (best.set.empty() || best.gain() < s.threshold || best.gain() * 10 < result.disagreeing)
+    detail::set_score best = detail::best_set(s);
+    if (best.gain() < s.threshold || best.gain() * 10 < result.disagreeing)
+        best = {};
+    if (best.gain() * 2 < result.disagreeing) { // something else is wrong as well, or instead
+        for (const std::size_t k : best.set)
+            result.closest.push_back(&mistakes[k]);
+        result.explained = best.explained;
+        result.spoiled = best.spoiled;
+        best = {};
+    }
+    const std::size_t without_ties = best.set.size();
+    detail::add_to(s, d.tied_sample, true);
+    best.set = detail::with_wrong_ties(s, best.set);
+    const std::int64_t ties = best.set.size() > without_ties ? d.ties_won + d.ties_lost : 0;
+    if (best.set.empty())
         return result;
+    if (ties > 0) {
+        result.disagreeing += static_cast<std::int64_t>(d.tied_sample.size());
+        best = detail::score_of(s, best.set);
+    }
     result.explained = best.explained;
     result.spoiled = best.spoiled;
     for (const std::size_t k : best.set)
@@ -409,11 +437,9 @@ inline finding suspects_of(const diagnosis& d, std::size_t examples = 2) {
                      [](const suspect& a, const suspect& b) { return a.affected > b.affected; });
     if (best.set.size() == 1) { // scored on all records
         const std::size_t only = best.set[0];
-        const std::int64_t ties = wrong_ties ? d.ties_won + d.ties_lost : 0;
         result.disagreeing = d.disagreeing + ties;
         result.agreeing = d.agreeing;
-        result.explained = d.scores[only].explained +
-                           (std::strcmp(mistakes[only].identifier, "maximum_tie") == 0 ? ties : 0);
+        result.explained = d.scores[only].explained + ties;
         result.spoiled = d.scores[only].spoiled;
         result.suspects[0].affected = result.explained;
         for (std::size_t k = 0; k < mistake_count; ++k)

@@ -278,18 +278,34 @@ inline planted emission_is_next_event(weight_terms& terms, const path_record& r)
 
 // ---- Forward and reverse ----
 
+// The logarithm of an inverse; that of what is missing is missing.
+inline double over(double logarithm) { return log_density::is_missing(logarithm) ? logarithm : -logarithm; }
+
+// Densities of directions, also where only those per area are given.
+inline double log_to_light(const path_record& r, int i) {
+    const double density = vertex(r, i).pdf_to_light;
+    return is_given(density)
+               ? log_of(density)
+               : log_of(vertex(r, i + 1).density_from_camera) + over(log_to_area_from_camera(r, i + 1));
+}
+inline double log_to_camera(const path_record& r, int i) {
+    const double density = vertex(r, i).pdf_to_camera;
+    return is_given(density)
+               ? log_of(density)
+               : log_of(vertex(r, i - 1).density_from_light) + over(log_to_area_from_light(r, i - 1));
+}
+
 enum class turned { reverse, inner_reverse, swapped, all_to_light, all_to_camera };
 template <turned Which> planted turn_densities(weight_terms& terms, const path_record& r) {
     planted done = planted::nothing;
     for (int i = 1; i < size_of(r) - 1; ++i) {
-        const recorded_vertex& x = vertex(r, i);
         const bool camera = is_on_camera_walk(r, i), light = is_on_light_walk(r, i);
         const bool merged = camera && light;
         const bool inner = Which != turned::inner_reverse ||
                            (i != r.technique.camera_vertices && i != r.technique.camera_vertices - 1);
         if (is_dirac(r, i) || merged || !inner)
             continue;
-        const double ratio = log_of(x.pdf_to_light) + log_of_inverse(x.pdf_to_camera);
+        const double ratio = log_to_light(r, i) + over(log_to_camera(r, i));
         const bool by_walk = Which == turned::reverse || Which == turned::inner_reverse;
         const bool swapped = Which == turned::swapped;
         if ((by_walk && camera) || swapped || Which == turned::all_to_light)

@@ -74,13 +74,79 @@ struct path_record {
     std::vector<recorded_vertex> vertices;
 };
 
+namespace detail {
+
+template <class T> recorded_vertex recorded(const measured_vertex<T>& m) {
+    recorded_vertex x;
+    x.kind = m.kind;
+    x.dirac = m.dirac;
+    x.pdf_to_light = static_cast<double>(m.pdf_to_light);
+    x.pdf_to_camera = static_cast<double>(m.pdf_to_camera);
+    x.pdf_position = static_cast<double>(m.pdf_position);
+    x.pdf_next_event = static_cast<double>(m.pdf_next_event);
+    x.pdf_distance_from_camera = static_cast<double>(m.pdf_distance_from_camera);
+    x.pdf_distance_from_light = static_cast<double>(m.pdf_distance_from_light);
+    x.merge_factor = static_cast<double>(m.merge_factor);
+    x.cos_to_camera = static_cast<double>(m.cos_to_camera);
+    x.cos_to_light = static_cast<double>(m.cos_to_light);
+    x.distance2_to_light = static_cast<double>(m.distance2_to_light);
+    return x;
+}
+template <class Vertex> recorded_vertex recorded(const Vertex* path, int n, int i) {
+    return recorded(measure(path, n, i));
+}
+template <class T> recorded_vertex recorded(const area_vertex<T>* path, int n, int i) {
+    recorded_vertex x;
+    x.kind = path[i].kind;
+    x.dirac = path[i].dirac;
+    x.merge_factor = static_cast<double>(path[i].merge_factor);
+    x.density_from_camera = static_cast<double>(path[i].density_from_camera);
+    x.density_from_light = static_cast<double>(path[i].density_from_light);
+    if (i == 0 || i == n - 1)
+        x.pdf_next_event = static_cast<double>(path[i].next_event);
+    return x;
+}
+
+} // namespace detail
+
+// The record of a path in any of the forms of path.hpp. The count of merges includes their area pi r^2, as
+// everywhere but in records; with the radius given, it is taken apart. Fields that only tell mistakes apart
+// may be filled in afterwards.
+template <class T, class Vertex>
+path_record record_of(const technique_counts<T>& counts, const Vertex* path, int n, technique t,
+                      double weight, double radius = not_given) {
+    path_record r;
+    r.technique = t;
+    r.weight = weight;
+    r.counts.light_hit = static_cast<double>(counts.light_hit);
+    r.counts.next_event = static_cast<double>(counts.next_event);
+    r.counts.connection = static_cast<double>(counts.connection);
+    r.counts.camera_connection = static_cast<double>(counts.camera_connection);
+    r.counts.direct = static_cast<double>(counts.direct);
+    r.counts.camera_hit = static_cast<double>(counts.camera_hit);
+    r.counts.merge = static_cast<double>(counts.merge);
+    r.counts.max_camera_vertices = counts.max_camera_vertices;
+    r.counts.max_light_vertices = counts.max_light_vertices;
+    r.radius = radius;
+    if (is_given(radius))
+        r.counts.merge /= merge_area(radius);
+    for (int i = 0; i < n; ++i)
+        r.vertices.push_back(detail::recorded(path, n, i));
+    return r;
+}
+
 // ---- Numbers that are none ----
 
-// False for NaN and the infinities, also under -ffast-math, where comparisons may not tell.
-inline bool is_number(double x) {
+// Both look at the bits, because under -ffast-math comparisons may not tell.
+inline bool is_number(double x) { // neither NaN nor infinite
     std::uint64_t bits = 0;
     std::memcpy(&bits, &x, sizeof x);
     return (bits >> 52 & 0x7ff) != 0x7ff;
+}
+inline bool is_nan(double x) {
+    std::uint64_t bits = 0;
+    std::memcpy(&bits, &x, sizeof x);
+    return !is_number(x) && (bits << 12) != 0;
 }
 
 // A field of a record: of a vertex, or (-1) of the record itself. `field` is null where there is none.

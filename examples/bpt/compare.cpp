@@ -1,0 +1,47 @@
+#include "compare.hpp"
+#include <cstdio>
+
+namespace bpt {
+
+std::string change_of(const comparison& c, int passes) {
+    const auto &wrong = c.with_mistakes.sum, &right = c.without.sum;
+    double change = 0, square = 0;
+    for (std::size_t i = 0; i < right.size(); ++i) {
+        change += wrong[i] - right[i];
+        square += (wrong[i] - right[i]) * (wrong[i] - right[i]);
+    }
+    const double error =
+        std::sqrt(std::max(0.0, square - change * change / static_cast<double>(right.size())));
+    const double percent = 100 / c.without.brightness();
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "the mistake changes the brightness by %+.2f %% (standard error %.2f %%)", percent * change,
+                  percent * error);
+    std::string line = text;
+    if (passes > 1) {
+        std::snprintf(text, sizeof text, ", the variance by a factor of %.2f",
+                      c.with_mistakes.variance(passes) / c.without.variance(passes));
+        line += text;
+    }
+    return line;
+}
+
+void write_comparison(const std::string& file, const film& film, const image& right, double exposure) {
+    constexpr int magnified = 8;
+    const double scale = exposure / film.passes;
+    image difference = right;
+    for (std::size_t i = 0; i < right.pixels.size(); ++i) {
+        const glm::dvec3 change = film.sum.pixels[i] - right.pixels[i];
+        const double brighter =
+            std::clamp(magnified * scale * (change.x + change.y + change.z) / 3, -1.0, 1.0);
+        const double rest = 1 - std::abs(brighter);
+        difference.pixels[i] = brighter > 0 ? glm::dvec3(1, rest, rest) : glm::dvec3(rest, rest, 1);
+    }
+    write_sheet(file,
+                {{"right", right, scale},
+                 {"with the mistake", film.sum, scale},
+                 {"difference, x " + std::to_string(magnified), difference, 1}},
+                3);
+}
+
+} // namespace bpt

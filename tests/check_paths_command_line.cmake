@@ -1,0 +1,121 @@
+# Exit statuses, reports and one-line errors of ${CHECK_PATHS}. Files are made in ${FOLDER}.
+cmake_minimum_required(VERSION 3.21)
+file(REMOVE_RECURSE ${FOLDER})
+file(MAKE_DIRECTORY ${FOLDER})
+
+# Checks the last call: its status, its standard output, and its standard error, "" for none. Both texts are
+# regular expressions.
+function(expect what expected_status expected_output expected_error)
+    set(error_pattern "^$")
+    if(expected_error)
+        set(error_pattern "^check_paths: [^\n]*${expected_error}[^\n]*\n$")
+    endif()
+    if(NOT status EQUAL expected_status OR NOT output MATCHES "${expected_output}" OR NOT error MATCHES
+                                                                                      "${error_pattern}")
+        message(SEND_ERROR "${what}: status ${status}, standard output:\n${output}\nstandard error:\n${error}")
+    endif()
+endfunction()
+
+macro(check)
+    execute_process(COMMAND ${CHECK_PATHS} ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output
+                    ERROR_VARIABLE error WORKING_DIRECTORY ${FOLDER})
+endmacro()
+macro(check_piped file)
+    execute_process(COMMAND ${CMAKE_COMMAND} -E cat ${file} COMMAND ${CHECK_PATHS} ${ARGN}
+                    RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE error
+                    WORKING_DIRECTORY ${FOLDER})
+endmacro()
+
+# Twenty light hits of density 1/2 against so many next events of density 1/4 each: the right weights are 2/3
+# for one, 1/2 for two.
+function(write_dump name weight next_events)
+    set(line "{\"technique\":\"light_hit\",\"camera_vertices\":3,\"weight\":${weight},")
+    string(APPEND line "\"counts\":{\"light_hit\":1,\"next_event\":${next_events}},\"vertices\":[")
+    string(APPEND line "{\"kind\":\"camera\",\"density_from_camera\":1},{\"kind\":\"surface\",")
+    string(APPEND line "\"density_from_camera\":1},{\"kind\":\"light\",\"density_from_camera\":0.5,")
+    string(APPEND line "\"density_from_light\":0.25}]}\n")
+    string(REPEAT "${line}" 20 lines)
+    file(WRITE ${FOLDER}/${name} "${lines}")
+endfunction()
+
+write_dump(right.jsonl 0.666666667 1)
+write_dump(wrong.jsonl 0.666666667 2)
+file(READ ${FOLDER}/right.jsonl right)
+file(WRITE ${FOLDER}/empty.jsonl "")
+file(WRITE ${FOLDER}/no_records.jsonl "no record\n")
+file(WRITE ${FOLDER}/cut_off.jsonl "${right}{\"technique\":\"light_hit\",")
+file(ARCHIVE_CREATE OUTPUT ${FOLDER}/right.jsonl.gz PATHS ${FOLDER}/right.jsonl FORMAT raw COMPRESSION GZip)
+file(SIZE ${FOLDER}/right.jsonl.gz size)
+math(EXPR size "${size} - 4") # within the checksum: all records can be read
+execute_process(COMMAND head -c ${size} right.jsonl.gz OUTPUT_FILE cut_off.jsonl.gz WORKING_DIRECTORY ${FOLDER})
+
+# The whole table's last row: records, agreeing, disagreeing, undecided, unusable.
+set(all_agree "\nall +20 +20 +0 +0 +0 ")
+set(none_agree "\nall +20 +0 +20 +0 +0 ")
+
+check(right.jsonl)
+expect("a right dump" 0 "${all_agree}" "")
+check(right.jsonl.gz)
+expect("a compressed dump" 0 "${all_agree}" "")
+check(wrong.jsonl)
+expect("a wrong dump" 1 "${none_agree}.*\nsuspect: counts_omitted\n.* line [0-9]+: weight 0.66" "")
+check(wrong.jsonl --json)
+expect("a wrong dump as JSON" 1 "^{.*\"identifier\": \"counts_omitted\".*\"exit_status\": 1\n}\n$" "")
+check(wrong.jsonl --examples 0)
+expect("a wrong dump without examples" 1 "wrong weights, would change 0 of 0 right ones.\n  A technique" "")
+check(wrong.jsonl --tolerance 0.5)
+expect("a wrong dump, but tolerated" 0 "${all_agree}" "")
+
+check_piped(right.jsonl -)
+expect("a right dump through a pipe" 0 "${all_agree}" "")
+check_piped(wrong.jsonl -)
+expect("a wrong dump through a pipe" 1 "${none_agree}.*\nsuspect: counts_omitted\n" "")
+check_piped(right.jsonl.gz -)
+expect("a compressed dump through a pipe" 0 "${all_agree}" "")
+check_piped(empty.jsonl -)
+expect("nothing through a pipe" 2 "" "'-' has no records")
+
+# What has been read is reported, although not everything has been.
+check(cut_off.jsonl)
+expect("a last line that is cut off" 2 "${all_agree}.*\nlines that are no records: 1\n  line 21: not JSON" "")
+check(cut_off.jsonl.gz)
+expect("a compressed dump that is cut off" 2 "${all_agree}.*\nthe input could not be read to its end: "
+       "'cut_off.jsonl.gz' cannot be read to its end: the compressed data is cut off")
+check(cut_off.jsonl.gz --json)
+expect("the same as JSON" 2 "\"records\": 20,.*\"failure\": \"the compressed data is cut off\""
+       "'cut_off.jsonl.gz' cannot be read to its end: the compressed data is cut off")
+check_piped(cut_off.jsonl.gz -)
+expect("the same through a pipe" 2 "${all_agree}" "'-' cannot be read to its end")
+
+check(no_such_file.jsonl)
+expect("a missing file" 2 "^$" "'no_such_file.jsonl' cannot be read: No such file or directory")
+check(${FOLDER})
+expect("a folder" 2 "" "cannot be read: Is a directory")
+check(empty.jsonl)
+expect("an empty file" 2 "" "'empty.jsonl' has no records")
+check(no_records.jsonl)
+expect("a file without records" 2 "\nlines that are no records: 1\n" "'no_records.jsonl' has no records")
+
+check()
+expect("no file" 2 "^$" "FILE is required")
+check(right.jsonl --no-such-option)
+expect("an unknown option" 2 "^$" "--no-such-option")
+check(right.jsonl wrong.jsonl)
+expect("two files" 2 "^$" "wrong.jsonl")
+foreach(tolerance -1 1 nan much)
+    check(right.jsonl --tolerance ${tolerance})
+    expect("tolerance ${tolerance}" 2 "^$" "--tolerance")
+endforeach()
+foreach(examples -1 many)
+    check(right.jsonl --examples ${examples})
+    expect("examples ${examples}" 2 "^$" "--examples")
+endforeach()
+check(--help)
+expect("help" 0 "Exit status: 0 all agree" "")
+
+if(EXISTS /dev/full)
+    execute_process(COMMAND ${CHECK_PATHS} right.jsonl RESULT_VARIABLE status OUTPUT_FILE /dev/full
+                    ERROR_VARIABLE error WORKING_DIRECTORY ${FOLDER})
+    set(output "")
+    expect("a report that cannot be written" 2 "" "the report cannot be written")
+endif()
