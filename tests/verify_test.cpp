@@ -591,7 +591,7 @@ TEST_CASE("right samplers fail as often as they are meant to") {
     CHECK(rare >= 3);
     CHECK(rare <= 45);
     o.false_alarm = 0.2;
-    o.support = {};
+    o.support = 0;
     const int often = failing_samplers(o);
     CHECK(often >= 312);
     CHECK(often <= 488);

@@ -55,7 +55,7 @@ struct sampler_options {
     int bins = 16; // along each axis
     double false_alarm = 1e-6;
     int refinement = 2; // each bin is cut at least this many times into four where the density is integrated
-    std::optional<double> support = {}; // measure of the set where the density is positive, where known
+    double support = 0; // measure of the set where the density is positive; 0: not known
 };
 
 namespace detail {
@@ -223,7 +223,7 @@ void integrate_bins(watched_density<Pdf>& density, const sampler_options& o, con
         const cell c{size * (k % o.bins), size * (k / o.bins), size};
         t.bins.push_back({integrate(density, c, 0, rule), 0, place_of_bin(place, c)});
         t.mass += t.bins.back().expected;
-        if (o.support)
+        if (o.support > 0)
             t.beyond_cap += integrate(capped_part, c, 0, rule);
     }
 }
@@ -277,10 +277,10 @@ template <class Place> result judge(const tally& t, const sampler_options& o, co
         bins.push_back({expected_lost, t.lost, "samples lost"});
 
     const chi_squared_test chi = chi_squared(bins);
-    const double z = o.support ? support_deviation(t, samples) : 0;
+    const double z = o.support > 0 ? support_deviation(t, samples) : 0;
     const double lost_p_value =
         lost_is_a_bin ? 1 : poisson_tail(t.lost, expected_lost + quadrature_error * samples);
-    const int tests = 1 + (lost_is_a_bin ? 0 : 1) + (o.support ? 1 : 0);
+    const int tests = 1 + (lost_is_a_bin ? 0 : 1) + (o.support > 0 ? 1 : 0);
     const double threshold = o.false_alarm / tests;
     const bool fits = chi.p_value >= threshold, loses_right = lost_p_value >= threshold,
                covers = normal_tails(z) >= threshold;
@@ -307,7 +307,7 @@ template <class Place> result judge(const tally& t, const sampler_options& o, co
 template <class Sample, class Pdf, class Place>
 result check_sampler(Sample& sample, Pdf& pdf, const sampler_options& o, const domain<Place>& where) {
     const auto at = [&](point p) { return "(" + text(p.x) + ", " + text(p.y) + ")" + where.place(p); };
-    const double support = o.support.value_or(where.measure) / where.measure;
+    const double support = (o.support > 0 ? o.support : where.measure) / where.measure;
     watched_density<Pdf> density{pdf};
     tally t{support, {10 * support}};
     integrate_bins(density, o, where.place, t);
