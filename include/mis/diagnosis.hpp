@@ -410,9 +410,10 @@ inline finding suspects_of(const diagnosis& d, std::size_t examples = 2) {
         if (d.scores[k].unknown > 0)
             result.unknown.push_back(&mistakes[k]);
     detail::set_score best = detail::best_set(s);
-    if (best.gain() < s.threshold || best.gain() * 10 < result.disagreeing)
+    const std::int64_t gain = best.gain();
+    if (gain < s.threshold || gain * 10 < result.disagreeing)
         best = {};
-    if (best.gain() * 2 < result.disagreeing) { // something else is wrong as well, or instead
+    if (gain * 2 < result.disagreeing) { // something else is wrong as well, or instead
         for (const std::size_t k : best.set)
             result.closest.push_back(&mistakes[k]);
         result.explained = best.explained;

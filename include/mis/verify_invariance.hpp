@@ -262,8 +262,8 @@ result splitting_invariance(Weight&& weight_of, const T* densities, int count,
                 after += static_cast<double>(weight_of(halves.data(), count + 1, count));
             changes.push_back({"technique " + std::to_string(i), before, after});
         }
-        const auto r = detail::unchanged("technique " + std::to_string(split) + " split into two halves",
-                                         changes, tolerance);
+        auto r = detail::unchanged("technique " + std::to_string(split) + " split into two halves", changes,
+                                   tolerance);
         if (!r)
             return r;
     }

@@ -220,7 +220,8 @@ void integrate_bins(watched_density<Pdf>& density, const sampler_options& o, con
     };
     const double size = 1.0 / o.bins;
     for (int k = 0; k < o.bins * o.bins; ++k) {
-        const cell c{size * (k % o.bins), size * (k / o.bins), size};
+        const int row = k / o.bins, column = k % o.bins;
+        const cell c{size * column, size * row, size};
         t.bins.push_back({integrate(density, c, 0, rule), 0, place_of_bin(place, c)});
         t.mass += t.bins.back().expected;
         if (o.support > 0)
