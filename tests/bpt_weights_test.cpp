@@ -1,7 +1,10 @@
 // The reference renderer's weights, small and quick: three ways agree under every heuristic and mode, results
 // do not depend on threads, and a dumped path has all that its weight needs.
+#include <algorithms.hpp>
 #include <array>
+#include <cstdio>
 #include <doctest/doctest.h>
+#include <film.hpp>
 #include <render.hpp>
 
 namespace {
@@ -29,6 +32,13 @@ settings<Real> merging_settings(heuristic_kind kind, const std::string& name, in
     settings<Real> s = small_settings<Real>(kind, width);
     s.merge_radius = radius * make_scene<Real>(name).radius;
     s.counts = mis::connection_and_merging(static_cast<Real>(width * width), s.merge_radius);
+    return s;
+}
+
+// Two passes, of which the second has a smaller radius.
+template <class Real> settings<Real> progressive(settings<Real> s) {
+    s.passes = 2;
+    s.radius_alpha = mis::optimal_alpha<Real>;
     return s;
 }
 
@@ -88,9 +98,11 @@ TEST_CASE("recursion and densities agree where walks merge") {
 
 namespace {
 
-template <class Real> std::vector<contribution<Real>> contributions_of(const settings<Real>& set) {
+template <class Real>
+std::vector<contribution<Real>> contributions_of(const settings<Real>& set,
+                                                 const std::string& name = "mixed") {
     std::vector<contribution<Real>> all;
-    const auto scene = make_scene<Real>("mixed");
+    const auto scene = make_scene<Real>(name);
     render(scene, set, [&](const pass_result<Real>& result) {
         for (const auto& row : result.rows)
             all.insert(all.end(), row.contributions.begin(), row.contributions.end());
@@ -108,6 +120,17 @@ template <class Real> std::array<int, 2> count_ties() {
         ties[1] += c.technique.kind == mis::technique_kind::next_event && c.weight == Real(0.5);
     }
     return ties;
+}
+
+// All that a renderer's contributions consist of, to be compared exactly.
+template <class Real> std::vector<Real> numbers_of(const std::vector<contribution<Real>>& contributions) {
+    std::vector<Real> numbers;
+    for (const auto& c : contributions)
+        numbers.insert(numbers.end(),
+                       {static_cast<Real>(c.technique.kind), static_cast<Real>(c.technique.camera_vertices),
+                        static_cast<Real>(c.vertices), static_cast<Real>(c.pixel), c.value.x, c.value.y,
+                        c.value.z, c.weight});
+    return numbers;
 }
 
 } // namespace
@@ -148,23 +171,112 @@ TEST_CASE("every light sample is taken, and caps leave only the techniques that 
 }
 
 TEST_CASE("the number of threads changes nothing, to the last bit") {
-    const auto scene = make_scene<double>("lens");
-    auto set = merging_settings<double>(heuristic_kind::power, "lens", 24);
-    const auto render_with = [&](int threads) {
-        set.threads = threads;
-        std::vector<double> numbers;
-        render(scene, set, [&](const pass_result<double>& result) {
-            for (const auto& row : result.rows)
-                for (const auto& c : row.contributions)
-                    numbers.insert(numbers.end(),
-                                   {double(c.pixel), c.value.x, c.value.y, c.value.z, c.weight});
-        });
-        return numbers;
+    for (const bool checked : {true, false}) {
+        auto set = progressive(merging_settings<double>(heuristic_kind::power, "lens", 24));
+        set.check_weights = checked;
+        const auto render_with = [&](int threads) {
+            set.threads = threads;
+            return numbers_of(contributions_of(set, "lens"));
+        };
+        const auto one = render_with(1);
+        CHECK(one.size() > 1000);
+        CHECK(one == render_with(2));
+        CHECK(one == render_with(7));
+    }
+}
+
+TEST_CASE("a photon map without whole light walks changes nothing, to the last bit") {
+    const auto compare = [](auto set) {
+        const auto with_walks = numbers_of(contributions_of(set));
+        CHECK(with_walks.size() > 1000);
+        set.check_weights = false;
+        const auto without = numbers_of(contributions_of(set));
+        CHECK(without == with_walks);
+        const auto scene = make_scene<std::decay_t<decltype(set.merge_radius)>>("mixed");
+        CHECK(renderer(scene, set).trace_light_walks(0).walks.empty());
     };
-    const auto one = render_with(1);
-    CHECK(one.size() > 1000);
-    CHECK(one == render_with(2));
-    CHECK(one == render_with(7));
+    compare(progressive(merging_settings<double>(heuristic_kind::power, "mixed")));
+    compare(progressive(merging_settings<float>(heuristic_kind::maximum, "mixed")));
+}
+
+TEST_CASE("whole light walks are there for everybody who looks at them") {
+    const auto scene = make_scene<double>("mixed");
+    const auto keeps_walks = [&](auto change) {
+        auto set = merging_settings<double>(heuristic_kind::power, "mixed");
+        set.check_weights = false;
+        change(set);
+        return !renderer(scene, set).trace_light_walks(0).walks.empty();
+    };
+    CHECK(!keeps_walks([](auto&) {}));
+    CHECK(keeps_walks([](auto& set) { set.check_weights = true; }));
+    CHECK(keeps_walks([](auto& set) { set.dump_paths = 1; }));
+    CHECK(keeps_walks([](auto& set) { set.mistakes.planted.set(0); }));
+    CHECK(keeps_walks([](auto& set) { set.heuristic = {heuristic_kind::cutoff, 0.1}; }));
+    CHECK(keeps_walks([](auto& set) { set.counts.max_light_vertices = 3; }));
+}
+
+TEST_CASE("algorithms are sets of counts") {
+    const auto all = algorithms(100.0, 0.1);
+    struct expected {
+        const char* name;
+        bool light_hit, next_event, connection, camera_connection, merge, is_progressive;
+    };
+    for (const auto& e : {expected{"pt", true, false, false, false, false, false},
+                          {"pt-nee", true, true, false, false, false, false},
+                          {"lt", false, false, false, true, false, false},
+                          {"bpt", true, true, true, true, false, false},
+                          {"ppm", true, false, false, false, true, true},
+                          {"sppm", true, false, false, false, true, true},
+                          {"bpm", true, false, false, false, true, false},
+                          {"ups", true, true, true, true, true, true},
+                          {"vcm", true, true, true, true, true, true}}) {
+        CAPTURE(e.name);
+        const auto& a = all.at(e.name);
+        CHECK(a.counts.light_hit == (e.light_hit ? 1 : 0));
+        CHECK(a.counts.next_event == (e.next_event ? 1 : 0));
+        CHECK(a.counts.connection == (e.connection ? 1 : 0));
+        CHECK(a.counts.camera_connection == (e.camera_connection ? 100 : 0));
+        CHECK(a.counts.merge == doctest::Approx(e.merge ? pi<double> : 0));
+        CHECK(a.is_progressive == e.is_progressive);
+    }
+    const auto pt_nee = one_light_vertex(all.at("bpt").counts);
+    CHECK(pt_nee.connection == 0);
+    CHECK(pt_nee.camera_connection == 0);
+    CHECK(pt_nee.next_event == 1);
+    CHECK(one_light_vertex(all.at("ups").counts).merge == all.at("ups").counts.merge);
+    CHECK(has_technique(all.at("lt").counts));
+    CHECK(!has_technique(one_light_vertex(all.at("lt").counts)));
+}
+
+TEST_CASE("with one light vertex, only merges know longer light walks") {
+    auto set = merging_settings<double>(heuristic_kind::power, "mixed");
+    set.counts = one_light_vertex(set.counts);
+    int longer = 0, merges = 0;
+    for (const auto& c : contributions_of(set)) {
+        const bool is_merge = c.technique.kind == mis::technique_kind::merge;
+        merges += is_merge;
+        longer += !is_merge && c.vertices - c.technique.camera_vertices > 1;
+    }
+    CHECK(longer == 0);
+    CHECK(merges > 100);
+}
+
+TEST_CASE("images are read as they were written, and compared by the root of the mean square") {
+    film film(2);
+    film.passes = 2;
+    film.sum.pixels = {{1, 2, 3}, {0, 0.5, 8}, {0.25, 0, 0}, {4, 4, 4}};
+    const std::string file = "bpt_weights_test.exr";
+    write_exr(file, film);
+    image read = read_exr(file, 2);
+    CHECK_THROWS_AS(read_exr(file, 3), std::runtime_error);
+    CHECK_THROWS_AS(read_exr(file + ".no", 2), std::runtime_error);
+    std::remove(file.c_str());
+    CHECK(read.pixels[1].y == 0.25);
+    CHECK(read.pixels[2].x == 0.125);
+    CHECK(rms_error(film, read) == 0);
+    read.pixels[0].x += 3;
+    read.pixels[3].z -= 4;
+    CHECK(rms_error(film, read) == doctest::Approx(std::sqrt((9 + 16) / 12.0)));
 }
 
 TEST_CASE("merging estimates the same light as the other techniques, but for a small bias") {
@@ -183,12 +295,16 @@ TEST_CASE("merging estimates the same light as the other techniques, but for a s
         return mean;
     };
     const double pixels = 32 * 32, bidirectional = mean_of(mis::bidirectional(pixels));
-    // Over 40 seeds, the quotients had means within 0.001 of 1 and standard deviations of 0.018 and 0.007:
-    // the bounds are more than five of these away, a false alarm has a probability below 1e-6.
-    CHECK(mean_of(mis::photon_mapping(pixels, set.merge_radius)) ==
-          doctest::Approx(bidirectional).epsilon(0.1));
-    CHECK(mean_of(mis::connection_and_merging(pixels, set.merge_radius)) ==
-          doctest::Approx(bidirectional).epsilon(0.04));
+    // Over 25 and more seeds, the quotients had means within 0.003 of 1 and standard deviations of 0.020 and
+    // 0.007; with radii that shrink, of 0.028, 0.006 and 0.009: the bounds are about five and more of these
+    // away, a false alarm has a probability below 2e-6.
+    const auto all = algorithms(pixels, set.merge_radius);
+    CHECK(mean_of(all.at("merging").counts) == doctest::Approx(bidirectional).epsilon(0.1));
+    CHECK(mean_of(all.at("connection_and_merging").counts) == doctest::Approx(bidirectional).epsilon(0.04));
+    set.radius_alpha = mis::optimal_alpha<double>;
+    CHECK(mean_of(all.at("ppm").counts) == doctest::Approx(bidirectional).epsilon(0.15));
+    CHECK(mean_of(all.at("ups").counts) == doctest::Approx(bidirectional).epsilon(0.04));
+    CHECK(mean_of(one_light_vertex(all.at("ups").counts)) == doctest::Approx(bidirectional).epsilon(0.05));
 }
 
 TEST_CASE("a merge has the directions of the camera's vertex and the survival of the walk that would go on") {
@@ -197,34 +313,35 @@ TEST_CASE("a merge has the directions of the camera's vertex and the survival of
     camera_side.diffuse = light_side.diffuse = glm::dvec3(0.5);
     camera_side.survival = 0.75;
     light_side.survival = 0.25;
-    vertex<double> x, photon;
+    vertex<double> x, light;
     x.material = &camera_side;
     x.point.normal = x.point.shading_normal = up;
     x.towards_previous = sideways;
-    photon.material = &light_side;
-    photon.point.normal = photon.point.shading_normal = sideways;
-    photon.towards_previous = up;
-    photon.record.cos_to_light = 0.3;
-    photon.record.distance2_to_light = 5;
-    complete_merge(x, photon);
-    CHECK(x.record.pdf_to_light == doctest::Approx(0.75 / pi<double>));
-    CHECK(x.record.pdf_to_camera == doctest::Approx(0.25 * sideways.y / pi<double>));
-    CHECK(x.record.cos_to_light == 0.3);
-    CHECK(x.record.distance2_to_light == 5);
+    light.material = &light_side;
+    light.point.normal = light.point.shading_normal = sideways;
+    light.towards_previous = up;
+    std::vector<photon<double>> photons;
+    add_photons<double>({vertex<double>{}, light}, 0, photons);
+    const auto densities = densities_of_merge(x, photons.at(0));
+    CHECK(densities.to_light.value == doctest::Approx(0.75 / pi<double>));
+    CHECK(densities.to_camera.value == doctest::Approx(0.25 * sideways.y / pi<double>));
 }
 
 TEST_CASE("a merge treats shading normals as the light walk does") {
     material<double> diffuse;
     diffuse.diffuse = glm::dvec3(0.5);
-    vertex<double> photon;
-    photon.material = &diffuse;
-    photon.point.normal = glm::dvec3(0, 1, 0);
-    photon.point.shading_normal = normalize(glm::dvec3(0.3, 1, 0));
-    photon.towards_previous = normalize(glm::dvec3(-0.5, 1, 0.2));
+    vertex<double> end;
+    end.throughput = color<double>(2);
+    end.material = &diffuse;
+    end.point.normal = glm::dvec3(0, 1, 0);
+    end.point.shading_normal = normalize(glm::dvec3(0.3, 1, 0));
+    end.towards_previous = normalize(glm::dvec3(-0.5, 1, 0.2));
     const glm::dvec3 to = normalize(glm::dvec3(0.7, 1, -0.1));
-    const auto f = evaluate(diffuse, photon.point, photon.towards_previous, to);
-    CHECK(scattered(photon, to, walk_kind::from_light).x ==
-          doctest::Approx(f.x * adjoint_factor(photon) * geometric_cosine(photon, to)));
+    const auto f = evaluate(diffuse, end.point, end.towards_previous, to);
+    std::vector<photon<double>> photons;
+    add_photons<double>({vertex<double>{}, end}, 0, photons);
+    const double merged = f.x * photons.at(0).throughput.x * geometric_cosine(end, to);
+    CHECK(2 * scattered(end, to, walk_kind::from_light).x == doctest::Approx(merged));
 }
 
 namespace {
@@ -251,6 +368,16 @@ mis::path_vertex<glm::dvec3> vertex_of(const nlohmann::json& j) {
     return x;
 }
 
+// The technique of a dumped path of n vertices.
+mis::technique technique_of(const nlohmann::json& j, int n) {
+    mis::technique found{};
+    for (int k = 0; k < mis::technique_count(n); ++k)
+        if (const mis::technique t = mis::technique_at(n, k);
+            j.at("technique") == name_of(t.kind) && j.at("camera_vertices") == t.camera_vertices)
+            found = t;
+    return found;
+}
+
 } // namespace
 
 TEST_CASE("the weights of dumped paths follow from their positions and densities") {
@@ -269,11 +396,7 @@ TEST_CASE("the weights of dumped paths follow from their positions and densities
                     for (const auto& v : j.at("vertices"))
                         path.push_back(vertex_of(v));
                     const int n = static_cast<int>(path.size());
-                    mis::technique t{};
-                    for (int k = 0; k < mis::technique_count(n); ++k)
-                        if (j.at("technique") == name_of(mis::technique_at(n, k).kind) &&
-                            mis::technique_at(n, k).camera_vertices == j.at("camera_vertices"))
-                            t = mis::technique_at(n, k);
+                    const mis::technique t = technique_of(j, n);
                     const double weight = mis::weight(mis::power, set.counts, path.data(), n, t);
                     greatest = std::max(greatest, std::abs(weight / j.at("weight").get<double>() - 1));
                     CHECK(j.at("counts").at("camera_connection") == set.counts.camera_connection);
@@ -307,9 +430,10 @@ mis::measured_vertex<double> measured_vertex_of(const nlohmann::json& j) {
 
 } // namespace
 
-TEST_CASE("the weights of dumped merges follow from what is dumped") {
+TEST_CASE("the weights of dumped paths follow from what is dumped, each pass' radius included") {
     constexpr int width = 24;
-    auto set = merging_settings<double>(heuristic_kind::power, "mixed", width);
+    auto set = progressive(merging_settings<double>(heuristic_kind::power, "mixed", width));
+    set.passes = 4;
     set.dump_paths = 1000;
     int merges = 0;
     double greatest = 0, farthest = 0, disagreement = 0;
@@ -317,20 +441,22 @@ TEST_CASE("the weights of dumped merges follow from what is dumped") {
         for (const auto& row : result.rows)
             for (const auto& line : row.dump) {
                 const auto j = nlohmann::json::parse(line);
-                if (j.at("technique") != "merge")
-                    continue;
-                ++merges;
+                const double radius = j.at("radius");
+                CHECK(radius == doctest::Approx(set.merge_radius * std::pow(result.pass + 1, -1 / 6.0)));
                 CHECK(j.at("counts").at("merge") == width * width);
                 auto counts = mis::bidirectional(double(width) * width);
                 counts.merge = j.at("counts").at("merge");
-                counts = mis::times_merge_area(counts, j.at("radius").get<double>());
+                counts = mis::times_merge_area(counts, radius);
                 std::vector<mis::measured_vertex<double>> path;
                 for (const auto& v : j.at("vertices"))
                     path.push_back(measured_vertex_of(v));
                 const int s = j.at("camera_vertices"), n = static_cast<int>(path.size());
-                const double weight =
-                    mis::weight(mis::power, counts, path.data(), n, {mis::technique_kind::merge, s});
+                const mis::technique t = technique_of(j, n);
+                const double weight = mis::weight(mis::power, counts, path.data(), n, t);
                 greatest = std::max(greatest, std::abs(weight / j.at("weight").get<double>() - 1));
+                if (t.kind != mis::technique_kind::merge)
+                    continue;
+                ++merges;
 
                 // The photon is near the vertex, and the edge to the light starts there.
                 const auto& x = j.at("vertices").at(static_cast<std::size_t>(s - 1));
@@ -338,8 +464,7 @@ TEST_CASE("the weights of dumped merges follow from what is dumped") {
                 const auto photon = vertex_of({{"kind", "surface"},
                                                {"position", x.at("photon").at("position")},
                                                {"normal", x.at("photon").at("normal")}});
-                farthest =
-                    std::max(farthest, length(photon.position - vertex_of(x).position) / set.merge_radius);
+                farthest = std::max(farthest, length(photon.position - vertex_of(x).position) / radius);
                 CHECK(x.at("photon").at("survival") > 0);
                 const mis::path_vertex<glm::dvec3> edge[] = {photon, vertex_of(next)};
                 const auto start = mis::measure(edge, 2, 0);

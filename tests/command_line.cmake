@@ -1,4 +1,5 @@
-# Bad input to the demo program ${BPT} gets one clear line on standard error and exit status 2.
+# The demo program ${BPT}: bad input gets one clear line on standard error and exit status 2, and --snapshots
+# writes what it should.
 cmake_minimum_required(VERSION 3.21)
 function(expect_refusal)
     execute_process(COMMAND ${BPT} ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE error)
@@ -16,3 +17,65 @@ expect_refusal(--heuristic no_such_heuristic)
 expect_refusal(--no-such-option)
 # A folder below a file cannot be made, not even by root.
 expect_refusal(--samples 1 --output ${CMAKE_CURRENT_LIST_FILE}/folder)
+expect_refusal(--algorithm no_such_algorithm)
+expect_refusal(--algorithm lt --one-light-vertex)
+expect_refusal(--radius-alpha 0)
+expect_refusal(--radius-alpha 1.5)
+expect_refusal(--reference image.exr) # without --snapshots
+
+# Good input to it.
+function(expect_success)
+    execute_process(COMMAND ${BPT} ${ARGN} RESULT_VARIABLE status OUTPUT_QUIET ERROR_VARIABLE error)
+    if(NOT status EQUAL 0)
+        list(JOIN ARGN " " arguments)
+        message(SEND_ERROR "bpt ${arguments}: status ${status}, standard error:\n${error}")
+    endif()
+endfunction()
+function(expect_same one other)
+    file(SHA256 ${one} hash_of_one)
+    file(SHA256 ${other} hash_of_other)
+    if(NOT hash_of_one STREQUAL hash_of_other)
+        message(SEND_ERROR "${one} and ${other} differ")
+    endif()
+endfunction()
+
+# A snapshot is the image of as many passes, and taking it changes no later pass.
+set(folder ${CMAKE_CURRENT_BINARY_DIR}/bpt_command_line)
+file(REMOVE_RECURSE ${folder})
+set(render --scene cornell --size 8 --algorithm ups --no-checks)
+foreach(passes 1 4 6)
+    expect_success(${render} --samples ${passes} --output ${folder}/${passes})
+endforeach()
+expect_success(${render} --samples 6 --snapshots --reference ${folder}/6/cornell.exr --output ${folder}/all)
+expect_same(${folder}/all/cornell-passes-1.exr ${folder}/1/cornell.exr)
+expect_same(${folder}/all/cornell-passes-4.exr ${folder}/4/cornell.exr)
+expect_same(${folder}/all/cornell.exr ${folder}/6/cornell.exr)
+file(GLOB snapshots RELATIVE ${folder}/all ${folder}/all/*-passes-*)
+if(NOT snapshots STREQUAL
+   "cornell-passes-1.exr;cornell-passes-1.png;cornell-passes-4.exr;cornell-passes-4.png")
+    message(SEND_ERROR "snapshots: ${snapshots}")
+endif()
+
+# The last image is its own reference, but for the file's floats.
+file(READ ${folder}/all/cornell-convergence.csv table)
+set(number "[0-9.e+-]+")
+set(lines "passes,seconds,rms_error\n1,${number},0\\.[0-9]+\n4,${number},0\\.[0-9]+\n6,${number},")
+if(NOT table MATCHES "^${lines}[0-9.]+e-(0[6-9]|1[0-9])\n$")
+    message(SEND_ERROR "cornell-convergence.csv:\n${table}")
+endif()
+# A reference that cannot be read leaves the table as it is.
+expect_refusal(--samples 1 --size 9 --snapshots --reference ${folder}/6/cornell.exr --output ${folder}/all)
+expect_refusal(--samples 1 --size 8 --snapshots --reference ${CMAKE_CURRENT_LIST_FILE} --output ${folder}/all)
+file(READ ${folder}/all/cornell-convergence.csv table_after_refusals)
+if(NOT table_after_refusals STREQUAL table)
+    message(SEND_ERROR "cornell-convergence.csv after refusals:\n${table_after_refusals}")
+endif()
+expect_success(${render} --samples 1 --snapshots --output ${folder}/all)
+file(STRINGS ${folder}/all/cornell-convergence.csv lines)
+list(GET lines 0 heading)
+if(NOT heading STREQUAL "passes,seconds")
+    message(SEND_ERROR "cornell-convergence.csv without a reference: ${heading}")
+endif()
+
+# Several scenes have no common reference.
+expect_refusal(--scene all --snapshots --reference ${folder}/6/cornell.exr)

@@ -42,6 +42,13 @@ template <class T> __device__ T techniques(const T* q, int n) {
     return sum;
 }
 
+template <class T> __device__ T biases(T* q, int n) {
+    mis::bias_aware_densities(q, q + n, q + n, n, q);
+    return mis::bias_aware_density(q[0], q[1], q[2]) + mis::balance_gap_bound(q[0], q[1], q[2]) +
+           mis::next_squared_radius(q[0], n) + mis::progressive_radius(q[0], n) +
+           mis::progressive_radius(q[0], n, mis::optimal_alpha<T>);
+}
+
 template <class T, class Heuristic, class Vertex>
 __noinline__ __device__ T complete_path(const Heuristic& h, const mis::technique_counts<T>& counts,
                                         const Vertex* path, int n, T* out) {
@@ -80,7 +87,7 @@ template <class T> __device__ T core(T* q, int n) {
             any_number(power_of_3, q, n) + any_number(cutoff, q, n) + any_number(maximum, q, n);
     sum += mis::power(q[0], q[1]) + mis::balance(q[0], q[1]) + mis::maximum(q[0], q[1]) +
            mis::average(q[0], q[1]) + mis::cutoff(q[0], q[1]);
-    sum += measures(q) + techniques(q, n);
+    sum += measures(q) + techniques(q, n) + biases(q, n);
 
     sum += mis::density_from_throughput(q[0], q[1]);
     mis::densities_from_throughputs(q, q + n, n, q);

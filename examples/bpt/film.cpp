@@ -2,6 +2,7 @@
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
+#include <ImfInputFile.h>
 #include <ImfOutputFile.h>
 #include <cairo.h>
 #include <memory>
@@ -66,27 +67,75 @@ void write_png(const std::string& file, const film& film, double exposure) {
     write(to_surface(film.sum, exposure / film.passes), file);
 }
 
+namespace {
+
+// A frame buffer over 3 floats per pixel.
+Imf::FrameBuffer rgb_buffer(std::vector<float>& data, int width) {
+    const char* const names[] = {"R", "G", "B"};
+    constexpr std::size_t stride = 3 * sizeof(float);
+    Imf::FrameBuffer buffer;
+    for (std::size_t channel = 0; channel < 3; ++channel)
+        buffer.insert(names[channel], Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(data.data() + channel),
+                                                 stride, stride * static_cast<std::size_t>(width)));
+    return buffer;
+}
+
+bool is_square_rgb(const Imf::Header& header, int width) {
+    const auto& window = header.dataWindow();
+    const auto& channels = header.channels();
+    return window.min.x == 0 && window.min.y == 0 && window.max.x == width - 1 && window.max.y == width - 1 &&
+           channels.findChannel("R") && channels.findChannel("G") && channels.findChannel("B");
+}
+
+} // namespace
+
 void write_exr(const std::string& file, const film& film) {
     std::vector<float> data;
     for (const glm::dvec3& pixel : film.sum.pixels)
         for (int channel = 0; channel < 3; ++channel)
             data.push_back(static_cast<float>(pixel[channel] / film.passes));
     Imf::Header header(film.width, film.width);
-    Imf::FrameBuffer buffer;
-    const char* const names[] = {"R", "G", "B"};
-    constexpr std::size_t stride = 3 * sizeof(float);
-    for (std::size_t channel = 0; channel < 3; ++channel) {
-        header.channels().insert(names[channel], Imf::Channel(Imf::FLOAT));
-        buffer.insert(names[channel], Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(data.data() + channel),
-                                                 stride, stride * static_cast<std::size_t>(film.width)));
-    }
+    for (const char* const channel : {"R", "G", "B"})
+        header.channels().insert(channel, Imf::Channel(Imf::FLOAT));
     try {
         Imf::OutputFile out(file.c_str(), header);
-        out.setFrameBuffer(buffer);
+        out.setFrameBuffer(rgb_buffer(data, film.width));
         out.writePixels(film.width);
     } catch (const std::exception&) {
         throw std::runtime_error("cannot write " + file);
     }
+}
+
+image read_exr(const std::string& file, int width) {
+    const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(width);
+    std::vector<float> data(3 * pixels);
+    bool fits = false;
+    try {
+        Imf::InputFile in(file.c_str());
+        fits = is_square_rgb(in.header(), width);
+        if (fits) {
+            in.setFrameBuffer(rgb_buffer(data, width));
+            in.readPixels(0, width - 1);
+        }
+    } catch (const std::exception&) {
+        throw std::runtime_error("cannot read " + file + " as OpenEXR");
+    }
+    if (!fits)
+        throw std::runtime_error(file + " is not an RGB image of " + std::to_string(width) + " x " +
+                                 std::to_string(width) + " pixels");
+    image image{width, {}};
+    for (std::size_t i = 0; i < pixels; ++i)
+        image.pixels.emplace_back(data[3 * i], data[3 * i + 1], data[3 * i + 2]);
+    return image;
+}
+
+double rms_error(const film& film, const image& reference) {
+    double squares = 0;
+    for (std::size_t i = 0; i < reference.pixels.size(); ++i) {
+        const glm::dvec3 error = film.sum.pixels[i] / double(film.passes) - reference.pixels[i];
+        squares += dot(error, error);
+    }
+    return std::sqrt(squares / (3 * static_cast<double>(reference.pixels.size())));
 }
 
 void write_sheet(const std::string& file, const std::vector<labelled_image>& images, int columns) {

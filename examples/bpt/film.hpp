@@ -34,6 +34,10 @@ struct film {
 // Each throws std::runtime_error with the file's name when it cannot write.
 void write_png(const std::string& file, const film& film, double exposure);
 void write_exr(const std::string& file, const film& film);
+// The channels R, G and B of a square image of this width. Throws std::runtime_error for any other file.
+image read_exr(const std::string& file, int width);
+// Root of the mean squared difference from an image of the same width, over all pixels and channels.
+double rms_error(const film& film, const image& reference);
 // Labelled images side by side.
 struct labelled_image {
     std::string label;

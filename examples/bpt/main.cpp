@@ -1,5 +1,6 @@
 // The reference renderer's command line: renders scenes, writes their images and prints how far the three
 // ways of computing weights are apart.
+#include "algorithms.hpp"
 #include "compare.hpp"
 #include "render.hpp"
 #include <CLI/CLI.hpp>
@@ -14,15 +15,16 @@ namespace {
 
 struct options {
     std::vector<std::string> scenes{"cornell"}, mistakes;
-    std::string output = "bpt-output", scalar = "double", heuristic = "power", techniques = "bidirectional",
-                dump;
+    std::string output = "bpt-output", scalar = "double", heuristic = "power", algorithm = "bpt", dump,
+                reference;
     int samples = 16, size = 128, threads = static_cast<int>(std::thread::hardware_concurrency()),
         longest = 10;
     int dump_limit = 2000, light_samples = 1;
     int max_camera_vertices = INT_MAX, max_light_vertices = INT_MAX;
-    double beta = 2, alpha = 0.1, radius = 0.01, scale = 1;
+    double beta = 2, alpha = 0.1, radius = 0.01, radius_alpha = mis::optimal_alpha<double>, scale = 1;
     unsigned seed = 1;
-    bool demo = false, random_connection = false, no_roulette = false, no_checks = false;
+    bool demo = false, random_connection = false, no_roulette = false, no_checks = false,
+         one_light_vertex = false, snapshots = false;
 };
 
 [[noreturn]] void fail(const std::string& message) {
@@ -54,20 +56,16 @@ bpt::any_heuristic heuristic_of(const options& o) {
     return {k, k == kind::cutoff ? o.alpha : o.beta};
 }
 
-template <class Real> mis::technique_counts<Real> counts_of(const options& o, Real merge_radius) {
+template <class Real> bpt::algorithm<Real> algorithm_of(const options& o, Real merge_radius) {
     const Real pixels = static_cast<Real>(o.size) * static_cast<Real>(o.size);
-    const std::map<std::string, mis::technique_counts<Real>> sets{
-        {"path_tracing", mis::path_tracing<Real>()},
-        {"next_event", mis::path_tracing_next_event<Real>()},
-        {"light_tracing", mis::light_tracing(pixels)},
-        {"bidirectional", mis::bidirectional(pixels)},
-        {"merging", mis::photon_mapping(pixels, merge_radius)},
-        {"connection_and_merging", mis::connection_and_merging(pixels, merge_radius)}};
-    auto counts = choose(sets, o.techniques, "--technique-set");
+    auto algorithm = choose(bpt::algorithms(pixels, merge_radius), o.algorithm, "--algorithm");
+    auto& counts = algorithm.counts;
+    if (o.one_light_vertex)
+        counts = bpt::one_light_vertex(counts);
     counts.next_event *= static_cast<Real>(o.light_samples);
     counts.max_camera_vertices = o.max_camera_vertices;
     counts.max_light_vertices = o.max_light_vertices;
-    return counts;
+    return algorithm;
 }
 
 bpt::mistake_set mistakes_of(const options& o) {
@@ -120,6 +118,52 @@ bool print_checks(const std::string& scene, const options& o, const bpt::weight_
     return good;
 }
 
+void write_image(const std::string& base, const bpt::film& film, double exposure) {
+    bpt::write_png(base + ".png", film, exposure);
+    bpt::write_exr(base + ".exr", film);
+}
+
+bool is_power_of_4(int n) {
+    while (n % 4 == 0)
+        n /= 4;
+    return n == 1;
+}
+
+using seconds = std::chrono::duration<double>;
+
+// What --snapshots writes: images, and a line of NAME-convergence.csv for each of them and for the last pass.
+struct snapshots {
+    std::string base;
+    double exposure;
+    std::optional<bpt::image> reference;
+    std::ofstream table;
+    seconds rendered{0}; // time, without that spent here
+    std::chrono::steady_clock::time_point since;
+
+    snapshots(const options& o, const std::string& name, double exposure_of_scene)
+        : base(o.output + "/" + name), exposure(exposure_of_scene) {
+        if (!o.reference.empty())
+            reference = bpt::read_exr(o.reference, o.size);
+        table.open(base + "-convergence.csv");
+        table << "passes,seconds" << (reference ? ",rms_error" : "") << std::endl;
+        since = std::chrono::steady_clock::now();
+    }
+    void end_pass(const bpt::film& film, bool is_last) {
+        rendered += std::chrono::steady_clock::now() - since;
+        const bool is_due = is_power_of_4(film.passes);
+        if (is_due)
+            write_image(base + "-passes-" + std::to_string(film.passes), film, exposure);
+        if (is_due || is_last) {
+            table << film.passes << ',' << rendered.count();
+            if (reference)
+                table << ',' << bpt::rms_error(film, *reference);
+            if (!(table << std::endl))
+                throw std::runtime_error("cannot write " + base + "-convergence.csv");
+        }
+        since = std::chrono::steady_clock::now();
+    }
+};
+
 struct rendered {
     bpt::weight_checks checks; // what the comparison of its weights has found
     bpt::labelled_image image;
@@ -140,12 +184,18 @@ rendered render_scene(const std::string& name, const options& o, bool write_imag
     settings.seed = o.seed;
     settings.heuristic = heuristic_of(o);
     settings.merge_radius = static_cast<Real>(o.radius) * scene.radius;
-    settings.counts = counts_of<Real>(o, settings.merge_radius);
+    const auto algorithm = algorithm_of<Real>(o, settings.merge_radius);
+    settings.counts = algorithm.counts;
+    settings.radius_alpha = algorithm.is_progressive ? static_cast<Real>(o.radius_alpha) : Real(1);
     settings.mistakes = mistakes_of(o);
     settings.random_connection = o.random_connection;
     settings.check_weights = !o.no_checks;
     settings.dump_paths = dump.is_open() ? (o.dump_limit - 1) / (o.size * o.samples) + 1 : 0;
 
+    const double exposure = static_cast<double>(scene.exposure);
+    std::optional<snapshots> snapshots;
+    if (write_images && o.snapshots)
+        snapshots.emplace(o, name, exposure);
     bpt::film film(o.size);
     bpt::comparison comparison(o.size);
     bpt::weight_checks checks;
@@ -161,21 +211,20 @@ rendered render_scene(const std::string& name, const options& o, bool write_imag
         }
         comparison.end_pass();
         film.passes = result.pass + 1;
+        if (snapshots)
+            snapshots->end_pass(film, film.passes == o.samples);
         show_progress(name, film.passes, o.samples);
     });
     if (write_images) {
         const std::string base = o.output + "/" + name;
-        const double exposure = static_cast<double>(scene.exposure);
-        bpt::write_png(base + ".png", film, exposure);
-        bpt::write_exr(base + ".exr", film);
+        write_image(base, film, exposure);
         bpt::write_pyramid(base + "-pyramid.png", film, exposure);
     }
     if (write_images && settings.mistakes.any()) {
-        bpt::write_comparison(o.output + "/" + name + "-mistake.png", film, comparison.right,
-                              static_cast<double>(scene.exposure));
+        bpt::write_comparison(o.output + "/" + name + "-mistake.png", film, comparison.right, exposure);
         std::printf("%s: %s\n", name.c_str(), bpt::change_of(comparison, film.passes).c_str());
     }
-    return {checks, {name, film.sum, static_cast<double>(scene.exposure) / film.passes}};
+    return {checks, {name, film.sum, exposure / film.passes}};
 }
 
 std::ofstream open_outputs(const options& o) {
@@ -225,10 +274,10 @@ outcome run_demo(options o, std::ofstream& dump) {
     const outcome in_double = run(o, true, dump);
     o.scalar = "float";
     const outcome in_float = run(o, false, dump);
-    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+    const seconds taken = std::chrono::steady_clock::now() - start;
     std::printf(
         "%lld paths in double and %lld in float, each weighted three ways, in %.0f s; images are in %s\n",
-        static_cast<long long>(in_double.paths), static_cast<long long>(in_float.paths), seconds.count(),
+        static_cast<long long>(in_double.paths), static_cast<long long>(in_float.paths), taken.count(),
         o.output.c_str());
     return {in_double.good && in_float.good, in_double.paths};
 }
@@ -242,9 +291,14 @@ void add_options(CLI::App& app, options& o) {
     app.add_option("--heuristic", o.heuristic, "balance, power, maximum, average, cutoff");
     app.add_option("--beta", o.beta, "exponent of the power heuristic");
     app.add_option("--alpha", o.alpha, "threshold of the cutoff heuristic");
-    app.add_option("--technique-set", o.techniques,
-                   "path_tracing, next_event, light_tracing, bidirectional, merging, connection_and_merging");
-    app.add_option("--radius", o.radius, "within which walks merge; 1 is the scene's radius");
+    app.add_option("--algorithm,--technique-set", o.algorithm,
+                   "pt, pt-nee, lt, bpt, ppm, sppm, bpm, ups, vcm; or a set of techniques whose radius "
+                   "stays: path_tracing, next_event, light_tracing, bidirectional, merging, "
+                   "connection_and_merging");
+    app.add_flag("--one-light-vertex", o.one_light_vertex, "no connections to longer light walks");
+    app.add_option("--radius", o.radius, "within which walks merge in pass 1; 1 is the scene's radius");
+    app.add_option("--radius-alpha", o.radius_alpha,
+                   "ppm, sppm, ups, vcm: the radius of pass i is that of pass 1 times i^((alpha - 1) / 2)");
     app.add_option("--scale", o.scale, "of all lengths in the scene; the image is the same for any");
     app.add_option("--scalar", o.scalar, "float or double");
     app.add_option("--threads", o.threads, "the image is the same for any number");
@@ -255,6 +309,10 @@ void add_options(CLI::App& app, options& o) {
     app.add_option("--light-samples", o.light_samples, "next events at each camera vertex");
     app.add_option("--mistake", o.mistakes, "plant a mistake in the weights, or several");
     app.add_option("--seed", o.seed);
+    auto* const snapshots =
+        app.add_flag("--snapshots", o.snapshots, "images after 1, 4, 16, ... passes, and a table of times");
+    app.add_option("--reference", o.reference, "OpenEXR image: the table has the RMS error from it too")
+        ->needs(snapshots);
     app.add_option("--dump", o.dump, "file for weighted paths, JSON Lines");
     app.add_option("--dump-limit", o.dump_limit, "paths dumped per scene");
     app.add_flag("--random-connection", o.random_connection,
@@ -274,7 +332,8 @@ void check_options(options& o) {
         choose(scenes, name, "--scene");
     choose(std::map<std::string, int>{{"float", 0}, {"double", 0}}, o.scalar, "--scalar");
     heuristic_of(o);
-    counts_of<double>(o, 1);
+    if (!bpt::has_technique(algorithm_of<double>(o, 1).counts))
+        fail("--one-light-vertex leaves no technique of --algorithm '" + o.algorithm + "'");
     if (mistakes_of(o).has(bpt::mistake::subpath_caps) && o.max_camera_vertices == INT_MAX &&
         o.max_light_vertices == INT_MAX)
         fail("--mistake subpath_caps needs --max-camera-vertices or --max-light-vertices");
@@ -293,6 +352,10 @@ void check_options(options& o) {
     in_range(o.dump_limit, 1, 1000000000, "--dump-limit");
     if (!(o.radius > 0 && o.radius <= 1))
         fail("--radius must be above 0, up to 1");
+    if (!(o.radius_alpha > 0 && o.radius_alpha <= 1))
+        fail("--radius-alpha must be above 0, up to 1");
+    if (!o.reference.empty() && (o.demo || o.scenes.size() > 1))
+        fail("--reference is the image of one scene");
     if (!(o.scale >= 1e-6 && o.scale <= 1e6))
         fail("--scale must be from 1e-6 to 1e6");
     if (!(o.beta > 0 && o.beta <= 64))

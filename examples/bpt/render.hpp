@@ -7,6 +7,7 @@
 #include "mistaken_weight.hpp"
 #include <atomic>
 #include <functional>
+#include <mis/bias.hpp>
 #include <thread>
 
 namespace bpt {
@@ -20,7 +21,8 @@ template <class Real> struct settings {
     any_heuristic heuristic;
     mistake_set mistakes;
     mis::technique_counts<Real> counts; // light walks per image: width * width
-    Real merge_radius = 0;              // that of counts.merge, in the scene's units
+    Real merge_radius = 0;              // of the first pass: that of counts.merge, in the scene's units
+    Real radius_alpha = 1;              // of mis::progressive_radius; 1: the radius stays
     bool random_connection = false;
     bool check_weights = true;
     int dump_paths = 0; // a random choice of them, per image row and pass
@@ -68,11 +70,26 @@ template <class Real> struct renderer {
 
     renderer(const bpt::scene<Real>& s, const settings<Real>& settings)
         : scene(s), set(planted(settings)), weigh(set.heuristic, set.counts, set.mistakes) {
-        if (!set.random_connection)
-            return;
-        mean_light_vertices = measure_light_vertices();
-        weigh = {set.heuristic, mis::random_connection(set.counts, static_cast<Real>(mean_light_vertices)),
-                 set.mistakes};
+        if (set.random_connection)
+            mean_light_vertices = measure_light_vertices();
+        weigh = make_weights();
+    }
+
+    weights<Real> make_weights() const {
+        const auto counts = set.random_connection
+                                ? mis::random_connection(set.counts, static_cast<Real>(mean_light_vertices))
+                                : set.counts;
+        return {set.heuristic, counts, set.mistakes};
+    }
+
+    // The renderer of one pass: with the pass' radius, and with the weights that follow from it.
+    renderer at_pass(int pass) const {
+        renderer there = *this;
+        const Real shrunk = mis::progressive_radius(Real(1), pass + 1, set.radius_alpha);
+        there.set.merge_radius *= shrunk;
+        there.set.counts.merge *= shrunk * shrunk;
+        there.weigh = there.make_weights();
+        return there;
     }
 
     pcg32 generator(std::uint64_t pass, std::uint64_t pixel) const {
@@ -84,18 +101,45 @@ template <class Real> struct renderer {
 
     bool merges() const { return weigh.counts.merge > Real(0); }
 
-    // The light walks of all pixels, by generators that the camera walks do not use.
-    std::vector<walk<Real>> trace_light_walks(int pass) const {
-        const auto width = static_cast<std::size_t>(set.width), pixels = width * width;
-        std::vector<walk<Real>> walks(pixels);
+    // Whether somebody looks at the whole path of a merge: at more than the recursion's two numbers.
+    bool wants_complete_merges() const {
+        return set.check_weights || set.dump_paths > 0 || set.mistakes.any() || !has_recursion(weigh);
+    }
+
+    // The light walk of a pixel where walks merge, by a generator that the camera walks do not use: the same
+    // whenever it is traced.
+    void trace_light_walk(int pass, std::size_t pixel, walk<Real>& walk) const {
+        const auto width = static_cast<std::size_t>(set.width);
+        pcg32 rng = generator(static_cast<std::uint64_t>(pass), width * width + pixel);
+        walk_from_light(scene, weigh, longest_light_walk(), walk, rng);
+    }
+
+    // The light walks of all pixels.
+    light_pass<Real> trace_light_walks(int pass) const {
+        const auto width = static_cast<std::size_t>(set.width);
+        light_pass<Real> all;
+        if (wants_complete_merges())
+            all.walks.resize(width * width);
+        std::vector<std::vector<photon<Real>>> rows(width);
         in_parallel(set.threads, set.width, [&](int row) {
             const std::size_t first = static_cast<std::size_t>(row) * width;
+            walk<Real> light;
             for (std::size_t pixel = first; pixel < first + width; ++pixel) {
-                pcg32 rng = generator(static_cast<std::uint64_t>(pass), pixels + pixel);
-                walk_from_light(scene, weigh, longest_light_walk(), walks[pixel], rng);
+                trace_light_walk(pass, pixel, light);
+                add_photons(light, pixel, rows[static_cast<std::size_t>(row)]);
+                if (!all.walks.empty())
+                    all.walks[pixel] = light;
             }
         });
-        return walks;
+        std::size_t photons = 0;
+        for (const auto& row : rows)
+            photons += row.size();
+        all.photons.reserve(photons);
+        for (auto& row : rows) {
+            all.photons.insert(all.photons.end(), row.begin(), row.end());
+            row = {};
+        }
+        return all;
     }
 
     // From walks of their own: weights must not depend on the walk that is weighed.
@@ -123,7 +167,7 @@ template <class Real> struct renderer {
     }
 
     // Makes all paths of one row of one pass; sink(contribution, path) is given each with its weight. With
-    // photons, the light walks are theirs.
+    // photons, the light walks are those that left them, traced anew.
     template <class Sink>
     void render_row(int pass, int row, Sink&& sink, const photon_map<Real>* photons = nullptr) const {
         sample_pair<Real, weights<Real>> pair{scene, weigh, set.width, 0, set.longest, {}, {}, {}};
@@ -150,8 +194,8 @@ template <class Real> struct renderer {
             if (from_camera)
                 walk_from_camera(scene, weigh, set.width, x * to_film - 1, 1 - y * to_film,
                                  longest_camera_walk(), pair.camera, rng);
-            if (photons)
-                pair.light = photons->walks[static_cast<std::size_t>(pair.pixel)];
+            if (from_light && photons)
+                trace_light_walk(pass, static_cast<std::size_t>(pair.pixel), pair.light);
             else if (from_light)
                 walk_from_light(scene, weigh, longest_light_walk(), pair.light, rng);
             connect_all(pair, set.random_connection, rng, weigh_first);
@@ -191,8 +235,9 @@ template <class Real> struct renderer {
 // Renders all passes; `on_pass` is given each in turn.
 template <class Real, class OnPass>
 void render(const scene<Real>& scene, const settings<Real>& settings, OnPass&& on_pass) {
-    const renderer<Real> renderer(scene, settings);
+    const renderer<Real> first(scene, settings);
     for (int pass = 0; pass < settings.passes; ++pass) {
+        const renderer<Real> renderer = first.at_pass(pass);
         std::optional<photon_map<Real>> photons;
         if (renderer.merges())
             photons.emplace(renderer.trace_light_walks(pass));

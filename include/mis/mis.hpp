@@ -2,6 +2,7 @@
 // Everything that needs no third-party header.
 #pragma once
 
+#include <mis/bias.hpp>
 #include <mis/config.hpp>
 #include <mis/heuristic.hpp>
 #include <mis/measure.hpp>

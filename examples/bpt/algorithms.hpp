@@ -1,0 +1,55 @@
+// The well-known algorithms. Each is a set of technique counts, [H] 4.4, and whether its radius shrinks.
+#pragma once
+
+#include <map>
+#include <mis/techniques.hpp>
+#include <string>
+
+namespace bpt {
+
+template <class Real> struct algorithm {
+    mis::technique_counts<Real> counts;
+    bool is_progressive = false; // the radius within which walks merge shrinks from pass to pass
+};
+
+// By name, with the merges of the first pass' radius. Camera walks are traced anew in every pass, so ppm and
+// sppm are the same; all merge at every vertex where both walks can arrive, [H] 4.2 and 4.4.
+template <class Real> std::map<std::string, algorithm<Real>> algorithms(Real light_walks, Real merge_radius) {
+    const algorithm<Real> pt{mis::path_tracing<Real>()}, pt_nee{mis::path_tracing_next_event<Real>()},
+        lt{mis::light_tracing(light_walks)}, bpt{mis::bidirectional(light_walks)},
+        merging{mis::photon_mapping(light_walks, merge_radius)},
+        all{mis::connection_and_merging(light_walks, merge_radius)};
+    const algorithm<Real> ppm{merging.counts, true}, ups{all.counts, true};
+    return {{"pt", pt},
+            {"pt-nee", pt_nee},
+            {"lt", lt},
+            {"bpt", bpt},
+            {"ppm", ppm},
+            {"sppm", ppm},
+            {"bpm", merging},
+            {"ups", ups},
+            {"vcm", ups},
+            // The names of the counts themselves, with a radius that stays.
+            {"path_tracing", pt},
+            {"next_event", pt_nee},
+            {"light_tracing", lt},
+            {"bidirectional", bpt},
+            {"merging", merging},
+            {"connection_and_merging", all}};
+}
+
+// Without connections to light walks of two vertices and more, at the camera as elsewhere: next events, light
+// hits and merges remain. [H] 6 and figure 14.
+template <class Real> mis::technique_counts<Real> one_light_vertex(mis::technique_counts<Real> counts) {
+    counts.connection = counts.camera_connection = counts.direct = 0;
+    return counts;
+}
+
+// Whether there is a technique at all.
+template <class Real> bool has_technique(const mis::technique_counts<Real>& c) {
+    return c.light_hit + c.next_event + c.connection + c.camera_connection + c.direct + c.camera_hit +
+               c.merge >
+           Real(0);
+}
+
+} // namespace bpt

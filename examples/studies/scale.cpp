@@ -1,0 +1,131 @@
+// Do weights depend on the units of the scene? Merges are weighed in three ways, [H] figure 6: with their
+// density times pi r^2 [G], with all others' divided by pi r^2 [H], and without the area, which is wrong.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <mis/verify_invariance.hpp>
+#include <render.hpp>
+
+namespace {
+
+enum form { georgiev, hachisuka, without_area };
+
+template <class Real> struct weighed_path {
+    std::vector<mis::measured_vertex<Real>> vertices;
+    mis::technique technique;
+};
+
+// All paths of one pass with connections and merges, and the counts they are weighed with.
+template <class Real> struct paths {
+    std::vector<weighed_path<Real>> all;
+    mis::technique_counts<Real> counts; // with the area of merges
+    Real radius = 0;
+};
+
+template <class Real> paths<Real> render_paths(const std::string& name, int width) {
+    const auto scene = bpt::make_scene<Real>(name);
+    paths<Real> result;
+    result.radius = Real(0.01) * scene.radius;
+    result.counts =
+        mis::connection_and_merging(static_cast<Real>(width) * static_cast<Real>(width), result.radius);
+    bpt::settings<Real> s;
+    s.width = width;
+    s.merge_radius = result.radius;
+    s.counts = result.counts;
+    const bpt::renderer<Real> renderer(scene, s);
+    const bpt::photon_map<Real> photons(renderer.trace_light_walks(0));
+    for (int row = 0; row < width; ++row)
+        renderer.render_row(
+            0, row,
+            [&](const bpt::contribution<Real>& c, const bpt::complete_path<Real>& path) {
+                weighed_path<Real> p{{}, c.technique};
+                for (int i = 0; i < path.size; ++i)
+                    p.vertices.push_back(path.vertices[i].record);
+                result.all.push_back(p);
+            },
+            &photons);
+    return result;
+}
+
+// The weight of a path in a scene of another size, by the recursion.
+template <class Real>
+Real weight_at(const paths<Real>& p, const weighed_path<Real>& path, Real scale, form f) {
+    const int n = static_cast<int>(path.vertices.size());
+    const auto there = mis::verify::scaled(p.counts, path.vertices.data(), n, scale);
+    const Real radius = scale * p.radius;
+    auto counts = there.counts;
+    counts.merge = p.counts.merge / mis::merge_area(p.radius);
+    if (f == georgiev)
+        counts = mis::times_merge_area(counts, radius);
+    if (f == hachisuka)
+        counts = mis::divided_by_merge_area(counts, radius);
+    return mis::weight_in_subpaths(mis::balance, counts, there.vertices.data(), n, path.technique);
+}
+
+struct summary {
+    double mean_merge = 0;     // mean weight of merges
+    double largest_change = 0; // of any weight, from that at size 1
+};
+
+template <class Real> summary summarize(const paths<Real>& p, Real scale, form f) {
+    summary s;
+    int merges = 0;
+    for (const auto& path : p.all) {
+        const double weight = static_cast<double>(weight_at(p, path, scale, f));
+        const double at_one = static_cast<double>(weight_at(p, path, Real(1), f));
+        s.largest_change = std::max(s.largest_change, std::abs(weight - at_one));
+        if (path.technique.kind == mis::technique_kind::merge) {
+            s.mean_merge += weight;
+            ++merges;
+        }
+    }
+    s.mean_merge /= std::max(1, merges);
+    return s;
+}
+
+template <class Real> bool run(const std::string& scene, int width, const char* scalar, std::ofstream& csv) {
+    const auto p = render_paths<Real>(scene, width);
+    double worst = 0;
+    for (const double scale : {1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3}) {
+        csv << scalar << ',' << scale;
+        for (const form f : {georgiev, hachisuka, without_area}) {
+            const summary s = summarize(p, static_cast<Real>(scale), f);
+            csv << ',' << s.mean_merge << ',' << s.largest_change;
+            if (f != without_area)
+                worst = std::max(worst, s.largest_change);
+        }
+        csv << '\n';
+    }
+    std::printf("%s, %zu paths at 7 sizes: weights with the area change by %.1e at most (bar: 1e-5)\n",
+                scalar, p.all.size(), worst);
+    return worst < 1e-5;
+}
+
+} // namespace
+
+int main(int count, char** arguments) {
+    CLI::App app{"Study: weights under scaling of the scene, with and without the area of merges."};
+    std::string output = "studies", scene = "glossy";
+    int size = 32;
+    app.add_option("--output", output, "folder of scale.csv");
+    app.add_option("--scene", scene, "of the reference renderer");
+    app.add_option("--size", size, "width and height in pixels")->check(CLI::Range(1, 512));
+    try {
+        app.parse(count, arguments);
+        std::filesystem::create_directories(output);
+        std::ofstream csv(output + "/scale.csv");
+        if (!csv)
+            throw std::runtime_error("cannot write " + output + "/scale.csv");
+        csv << "scalar,scale,merges times area,largest change,others divided by area,largest change,"
+               "without area,largest change\n";
+        const bool in_double = run<double>(scene, size, "double", csv);
+        const bool in_float = run<float>(scene, size, "float", csv);
+        return in_double && in_float ? 0 : 1;
+    } catch (const CLI::CallForHelp& help) {
+        return app.exit(help);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "scale: %s\n", error.what());
+        return 2;
+    }
+}
