@@ -591,7 +591,7 @@ json record_of(const std::vector<mis::path_vertex<vec>>& path) {
     json j = plain_record("light_hit", n, n);
     for (std::size_t i = 0; i < path.size(); ++i) {
         json& v = j["vertices"][i];
-        v["kind"] = check_paths::name_of(path[i].kind);
+        v["kind"] = mis::name_of(path[i].kind);
         if (path[i].kind == mis::vertex_kind::infinite_light) {
             v["direction"] = to_json(path[i].normal);
         } else {

@@ -2,23 +2,12 @@
 #pragma once
 
 #include "weigh.hpp"
+#include <mis/record.hpp>
 #include <nlohmann/json.hpp>
 
 namespace bpt {
 
-inline const char* name_of(mis::technique_kind kind) {
-    constexpr const char* names[] = {"camera_hit", "camera_connection", "direct", "connection",
-                                     "next_event", "light_hit",         "merge"};
-    return names[static_cast<int>(kind)];
-}
-inline const char* name_of(heuristic_kind kind) {
-    constexpr const char* names[] = {"average", "balance", "power", "cutoff", "maximum"};
-    return names[static_cast<int>(kind)];
-}
-inline const char* name_of(mis::vertex_kind kind) {
-    constexpr const char* names[] = {"camera", "surface", "dirac", "medium", "light", "infinite_light"};
-    return names[static_cast<int>(kind)];
-}
+using mis::name_of;
 
 template <class Real> nlohmann::ordered_json to_json(const vec3<Real>& v) { return {v.x, v.y, v.z}; }
 

@@ -20,11 +20,10 @@ struct malformed {
 
 // ---- Words ----
 
-constexpr std::array<const char*, 7> technique_names{
-    "camera_hit", "camera_connection", "direct", "connection", "next_event", "light_hit", "merge"};
-constexpr std::array<const char*, 5> heuristic_names{"average", "balance", "power", "cutoff", "maximum"};
-constexpr std::array<const char*, 6> vertex_names{"camera", "surface", "dirac",
-                                                  "medium", "light",   "infinite_light"};
+using mis::heuristic_names;
+using mis::name_of;
+using mis::technique_names;
+using mis::vertex_names;
 
 // Text of a file, short and of printable characters, for messages.
 std::string quoted(std::string_view text) {
@@ -476,10 +475,6 @@ std::string_view without_byte_order_mark(std::string_view line) {
 } // namespace
 
 static_assert(line_padding >= simdjson::SIMDJSON_PADDING);
-
-const char* name_of(mis::technique_kind kind) { return technique_names[static_cast<std::size_t>(kind)]; }
-const char* name_of(mis::heuristic_kind kind) { return heuristic_names[static_cast<std::size_t>(kind)]; }
-const char* name_of(mis::vertex_kind kind) { return vertex_names[static_cast<std::size_t>(kind)]; }
 
 read_status next_record(path_reader& reader, mis::path_record& record, std::string& error) {
     std::string_view line;

@@ -29,8 +29,4 @@ enum class read_status { record, malformed, end, failed };
 // and leave the record unspecified; after `failed` nothing more can be read.
 read_status next_record(path_reader& reader, mis::path_record& record, std::string& error);
 
-const char* name_of(mis::technique_kind kind);
-const char* name_of(mis::heuristic_kind kind);
-const char* name_of(mis::vertex_kind kind);
-
 } // namespace check_paths

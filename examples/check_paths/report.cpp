@@ -5,6 +5,8 @@
 
 namespace check_paths {
 
+using mis::name_of;
+
 namespace {
 
 constexpr std::size_t most_remarks = 5; // of each kind

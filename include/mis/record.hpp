@@ -24,6 +24,18 @@ inline constexpr double not_given = -std::numeric_limits<double>::max();
 
 constexpr bool is_given(double x) { return x != not_given; }
 
+// What techniques, heuristics and vertices are called in files, in the order of their enumerations.
+inline constexpr std::array<const char*, 7> technique_names{
+    "camera_hit", "camera_connection", "direct", "connection", "next_event", "light_hit", "merge"};
+inline constexpr std::array<const char*, 5> heuristic_names{"average", "balance", "power", "cutoff",
+                                                            "maximum"};
+inline constexpr std::array<const char*, 6> vertex_names{"camera", "surface", "dirac",
+                                                         "medium", "light",   "infinite_light"};
+
+constexpr const char* name_of(technique_kind kind) { return technique_names[static_cast<std::size_t>(kind)]; }
+constexpr const char* name_of(heuristic_kind kind) { return heuristic_names[static_cast<std::size_t>(kind)]; }
+constexpr const char* name_of(vertex_kind kind) { return vertex_names[static_cast<std::size_t>(kind)]; }
+
 // A vertex x_i of a path, from camera to light. Units as in path.hpp: densities per solid angle with roulette
 // survival and light selection included, cosines with geometric normals.
 struct recorded_vertex {
