@@ -163,8 +163,8 @@ constexpr double slack = 1e-6;
 
 bool bias_dominates(const row& r) { return r.balance.bias * r.balance.bias > 4 * r.balance.variance; }
 
-// The simulated mean within 5 of its standard errors (a false alarm in about 2e6 comparisons, if it is
-// normal) and the tails that few repetitions of few samples miss.
+// The simulated mean squared error within 5 of its standard errors: were it normal, a false alarm in about
+// 2e6 comparisons. There are 2 for each decade and setup, and the seed is fixed.
 bool is_confirmed(const row& r) {
     const auto agrees = [](const simulated& s, const error& exact) {
         return std::fabs(s.squared_error - squared(exact)) <= 5 * s.standard_error;

@@ -62,6 +62,8 @@ unset grid
 set key center center horizontal maxrows 2 samplen 2.5
 plot [0:1] [0:1] 2 notitle, keyentry with lines ls 4 title "balance", keyentry with points ls 7 title "balance, simulated", \
      keyentry with lines ls 5 title "bias-aware", keyentry with points ls 8 title "bias-aware, simulated", \
-     keyentry with lines ls 3 title "best fixed weight", keyentry with lines ls 6 title "best weights in [0, 1]", \
-     keyentry with lines ls 2 title "balance: its bias alone", keyentry with lines ls 1 title "square root of [H]'s bound"
+     keyentry with lines ls 3 title "best fixed weight", \
+     keyentry with lines ls 6 title "best weights in [0, 1]", \
+     keyentry with lines ls 2 title "balance: its bias alone", \
+     keyentry with lines ls 1 title "square root of [H]'s bound"
 unset multiplot
