@@ -223,15 +223,13 @@ inline planted drop_dirac_conversion(weight_terms& terms, const path_record& r) 
                    multiply(from_light(terms, i - 1), -log_to_area_from_light(r, i - 1));
     return done;
 }
+// At a reflection the factors cancel, unless the vertex also counts as connectible.
 template <bool AndCosines> planted forget_etendue(weight_terms& terms, const path_record& r) {
     planted done = planted::nothing;
     for (int i = 1; i < size_of(r) - 1; ++i) {
         const recorded_vertex& x = vertex(r, i);
-        if (x.kind != vertex_kind::dirac || x.eta_to_camera == x.eta_to_light) {
-            if (x.kind == vertex_kind::dirac && !is_given(x.eta_to_camera))
-                return planted::unknown;
-            continue; // a reflection: the factors cancel
-        }
+        if (x.kind != vertex_kind::dirac)
+            continue;
         const double cos_to_light = AndCosines ? log_of_inverse(x.cos_to_light) : 0.0;
         const double cos_to_camera = AndCosines ? log_of_inverse(x.cos_to_camera) : 0.0;
         done = done | multiply(from_camera(terms, i + 1), 2 * log_of_inverse(x.eta_to_light) + cos_to_light) |
