@@ -78,4 +78,5 @@ if(NOT heading STREQUAL "passes,seconds")
 endif()
 
 # Several scenes have no common reference.
-expect_refusal(--scene all --snapshots --reference ${folder}/6/cornell.exr)
+expect_refusal(--scene all --samples 1 --size 8 --snapshots --reference ${folder}/6/cornell.exr
+               --output ${folder}/all)
