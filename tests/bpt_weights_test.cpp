@@ -299,8 +299,8 @@ TEST_CASE("merging estimates the same light as the other techniques, but for a s
     // 0.007; with radii that shrink, of 0.028, 0.006 and 0.009: the bounds are about five and more of these
     // away, a false alarm has a probability below 2e-6.
     const auto all = algorithms(pixels, set.merge_radius);
-    CHECK(mean_of(all.at("merging").counts) == doctest::Approx(bidirectional).epsilon(0.1));
-    CHECK(mean_of(all.at("connection_and_merging").counts) == doctest::Approx(bidirectional).epsilon(0.04));
+    CHECK(mean_of(all.at("bpm").counts) == doctest::Approx(bidirectional).epsilon(0.1));
+    CHECK(mean_of(all.at("ups").counts) == doctest::Approx(bidirectional).epsilon(0.04));
     set.radius_alpha = mis::optimal_alpha<double>;
     CHECK(mean_of(all.at("ppm").counts) == doctest::Approx(bidirectional).epsilon(0.15));
     CHECK(mean_of(all.at("ups").counts) == doctest::Approx(bidirectional).epsilon(0.04));

@@ -1,13 +1,7 @@
-# The demo program ${BPT}: bad input gets one clear line on standard error and exit status 2, and --snapshots
+# The demo program ${PROGRAM}: bad input gets one clear line on standard error and exit status 2, and --snapshots
 # writes what it should.
 cmake_minimum_required(VERSION 3.21)
-function(expect_refusal)
-    execute_process(COMMAND ${BPT} ${ARGN} RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE error)
-    if(NOT status EQUAL 2 OR NOT error MATCHES "^[^\n]+\n$")
-        list(JOIN ARGN " " arguments)
-        message(SEND_ERROR "bpt ${arguments}: status ${status}, standard error:\n${error}")
-    endif()
-endfunction()
+include(${CMAKE_CURRENT_LIST_DIR}/expect_refusal.cmake)
 
 expect_refusal(--scene no_such_scene)
 expect_refusal(--samples 0)
@@ -25,7 +19,7 @@ expect_refusal(--reference image.exr) # without --snapshots
 
 # Good input to it.
 function(expect_success)
-    execute_process(COMMAND ${BPT} ${ARGN} RESULT_VARIABLE status OUTPUT_QUIET ERROR_VARIABLE error)
+    execute_process(COMMAND ${PROGRAM} ${ARGN} RESULT_VARIABLE status OUTPUT_QUIET ERROR_VARIABLE error)
     if(NOT status EQUAL 0)
         list(JOIN ARGN " " arguments)
         message(SEND_ERROR "bpt ${arguments}: status ${status}, standard error:\n${error}")

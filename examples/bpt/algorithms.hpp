@@ -17,25 +17,10 @@ template <class Real> struct algorithm {
 template <class Real> std::map<std::string, algorithm<Real>> algorithms(Real light_walks, Real merge_radius) {
     const algorithm<Real> pt{mis::path_tracing<Real>()}, pt_nee{mis::path_tracing_next_event<Real>()},
         lt{mis::light_tracing(light_walks)}, bpt{mis::bidirectional(light_walks)},
-        merging{mis::photon_mapping(light_walks, merge_radius)},
-        all{mis::connection_and_merging(light_walks, merge_radius)};
-    const algorithm<Real> ppm{merging.counts, true}, ups{all.counts, true};
-    return {{"pt", pt},
-            {"pt-nee", pt_nee},
-            {"lt", lt},
-            {"bpt", bpt},
-            {"ppm", ppm},
-            {"sppm", ppm},
-            {"bpm", merging},
-            {"ups", ups},
-            {"vcm", ups},
-            // The names of the counts themselves, with a radius that stays.
-            {"path_tracing", pt},
-            {"next_event", pt_nee},
-            {"light_tracing", lt},
-            {"bidirectional", bpt},
-            {"merging", merging},
-            {"connection_and_merging", all}};
+        bpm{mis::photon_mapping(light_walks, merge_radius)}, ppm{bpm.counts, true},
+        ups{mis::connection_and_merging(light_walks, merge_radius), true};
+    return {{"pt", pt},    {"pt-nee", pt_nee}, {"lt", lt},   {"bpt", bpt}, {"ppm", ppm},
+            {"sppm", ppm}, {"bpm", bpm},       {"ups", ups}, {"vcm", ups}};
 }
 
 // Without connections to light walks of two vertices and more, at the camera as elsewhere: next events, light

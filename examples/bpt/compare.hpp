@@ -33,7 +33,7 @@ struct comparison {
     image right;
     noise_meter with_mistakes, without;
 
-    explicit comparison(int width) : right(film(width).sum), with_mistakes(width), without(width) {}
+    explicit comparison(int width) : right(black(width)), with_mistakes(width), without(width) {}
 
     // To the film, and with its right weight to the right image. A weight that is no number is left out, as
     // renderers do.

@@ -10,13 +10,15 @@
 
 namespace bpt {
 
-film::film(int width_in_pixels) : width(width_in_pixels) {
-    const image black{
-        width, std::vector<glm::dvec3>(static_cast<std::size_t>(width) * static_cast<std::size_t>(width))};
-    sum = black;
+image black(int width) {
+    return {width,
+            std::vector<glm::dvec3>(static_cast<std::size_t>(width) * static_cast<std::size_t>(width))};
+}
+
+film::film(int width_in_pixels) : width(width_in_pixels), sum(black(width)) {
     for (int n = 2; n <= longest_path; ++n)
         for (int s = 0; s <= n; ++s)
-            unweighted[n][s] = weighted[n][s] = black;
+            unweighted[n][s] = weighted[n][s] = sum;
 }
 
 namespace {

@@ -10,6 +10,8 @@ struct image {
     std::vector<glm::dvec3> pixels;
 };
 
+image black(int width);
+
 // The weighted image, and for each path length n and number of camera vertices s what the technique alone has
 // estimated (unweighted) and what it has contributed (weighted). A merge counts with the technique of as many
 // camera vertices.

@@ -291,10 +291,7 @@ void add_options(CLI::App& app, options& o) {
     app.add_option("--heuristic", o.heuristic, "balance, power, maximum, average, cutoff");
     app.add_option("--beta", o.beta, "exponent of the power heuristic");
     app.add_option("--alpha", o.alpha, "threshold of the cutoff heuristic");
-    app.add_option("--algorithm,--technique-set", o.algorithm,
-                   "pt, pt-nee, lt, bpt, ppm, sppm, bpm, ups, vcm; or a set of techniques whose radius "
-                   "stays: path_tracing, next_event, light_tracing, bidirectional, merging, "
-                   "connection_and_merging");
+    app.add_option("--algorithm", o.algorithm, "pt, pt-nee, lt, bpt, ppm, sppm, bpm, ups, vcm");
     app.add_flag("--one-light-vertex", o.one_light_vertex, "no connections to longer light walks");
     app.add_option("--radius", o.radius, "within which walks merge in pass 1; 1 is the scene's radius");
     app.add_option("--radius-alpha", o.radius_alpha,
