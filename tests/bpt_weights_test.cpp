@@ -79,14 +79,16 @@ TEST_CASE("recursion, densities and throughputs agree: every scene, heuristic an
             }
 }
 
-TEST_CASE("recursion and densities agree where walks merge") {
-    for (const std::string name : {"smooth", "environment", "mixed"})
+TEST_CASE("recursion, densities and throughputs agree where walks merge") {
+    for (const std::string name : {"glossy", "smooth", "environment", "mixed", "caustic"})
         for (const auto kind : heuristics) {
             CAPTURE(name);
             CAPTURE(name_of(kind));
             const auto d = checks_of(name, merging_settings<double>(kind, name));
             CHECK(d.paths > 100);
             CHECK(d.recursion.largest <= 1e-9);
+            CHECK(d.throughput.compared == d.recursion.compared);
+            CHECK(d.throughput.largest <= 1e-9);
             CHECK(d.sum <= 1e-12);
             CHECK(d.recursion_sum <= 1e-12);
             const auto f = checks_of(name, merging_settings<float>(kind, name));
@@ -134,6 +136,27 @@ template <class Real> std::vector<Real> numbers_of(const std::vector<contributio
 }
 
 } // namespace
+
+TEST_CASE("where each camera walk merges once, no path is made in two ways") {
+    for (const std::string name : {"mixed", "caustic"})
+        for (const auto kind : heuristics) {
+            auto set = progressive(merging_settings<double>(kind, name, 24));
+            set.counts = mis::photon_mapping(24.0 * 24.0, set.merge_radius);
+            set.merges_once = true;
+            const auto d = checks_of(name, set); // the densities are those of walks that end there
+            CHECK(d.paths > 100);
+            CHECK(d.recursion.largest == 0);
+            CHECK(d.throughput.largest == 0);
+            CHECK(d.sum == 0);
+            set.check_weights = false; // and no path has to be looked at
+            int merges = 0;
+            for (const auto& c : contributions_of(set, name)) {
+                CHECK(c.weight == 1);
+                merges += c.technique.kind == mis::technique_kind::merge;
+            }
+            CHECK(merges > 100);
+        }
+}
 
 TEST_CASE("light hits and next events tie at the uniform block of `mixed`, exactly") {
     for (const int ties : count_ties<double>())

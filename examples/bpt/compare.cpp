@@ -32,10 +32,7 @@ void write_comparison(const std::string& file, const film& film, const image& ri
     image difference = right;
     for (std::size_t i = 0; i < right.pixels.size(); ++i) {
         const glm::dvec3 change = film.sum.pixels[i] - right.pixels[i];
-        const double brighter =
-            std::clamp(magnified * scale * (change.x + change.y + change.z) / 3, -1.0, 1.0);
-        const double rest = 1 - std::abs(brighter);
-        difference.pixels[i] = brighter > 0 ? glm::dvec3(1, rest, rest) : glm::dvec3(rest, rest, 1);
+        difference.pixels[i] = false_color(magnified * scale * (change.x + change.y + change.z) / 3);
     }
     write_sheet(file,
                 {{"right", right, scale},

@@ -34,10 +34,12 @@ template <class Real> struct complete_path {
     vertex<Real> vertices[longest_path];
     int size = 0;
     const vertex<Real>* photon = nullptr; // merges only: the light walk's vertex that has been merged with
+    int merged = -1;                      // and the place of the camera walk's
 
     void join(const walk<Real>& camera, int s, const walk<Real>& light, int t) {
         size = s + t;
         photon = nullptr;
+        merged = -1;
         for (int i = 0; i < s; ++i)
             vertices[i] = camera[static_cast<std::size_t>(i)];
         for (int i = 0; i < t; ++i)
@@ -45,9 +47,6 @@ template <class Real> struct complete_path {
     }
     vertex<Real>& operator[](int i) { return vertices[i]; }
 };
-
-// Whether a walk's vertex may be its end in a next event, connection or merge.
-template <class Real> bool can_join(const vertex<Real>& x) { return !is_light(x) && !scatters_dirac(x); }
 
 // A camera walk and a light walk, and what all their techniques need.
 template <class Real, class Weights> struct sample_pair {

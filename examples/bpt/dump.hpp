@@ -75,20 +75,21 @@ std::string to_json_line(const scene<Real>& scene, const weights<Real>& weigh, R
         j["beta"] = weigh.heuristic.parameter;
     if (weigh.heuristic.kind == heuristic_kind::cutoff)
         j["alpha"] = weigh.heuristic.parameter;
+    const auto counts = counts_for(weigh, path);
     for (const auto kind :
          {mis::technique_kind::light_hit, mis::technique_kind::next_event, mis::technique_kind::connection,
           mis::technique_kind::camera_connection, mis::technique_kind::direct})
-        if (const Real count = mis::count_of(weigh.counts, kind); count > Real(0))
+        if (const Real count = mis::count_of(counts, kind); count > Real(0))
             j["counts"][name_of(kind)] = count;
-    if (weigh.counts.merge > Real(0)) {
+    if (counts.merge > Real(0)) {
         j["counts"][name_of(mis::technique_kind::merge)] =
-            std::round(weigh.counts.merge / mis::merge_area(merge_radius));
+            std::round(counts.merge / mis::merge_area(merge_radius));
         j["radius"] = merge_radius;
     }
-    if (weigh.counts.max_camera_vertices < INT_MAX)
-        j["max_camera_vertices"] = weigh.counts.max_camera_vertices;
-    if (weigh.counts.max_light_vertices < INT_MAX)
-        j["max_light_vertices"] = weigh.counts.max_light_vertices;
+    if (counts.max_camera_vertices < INT_MAX)
+        j["max_camera_vertices"] = counts.max_camera_vertices;
+    if (counts.max_light_vertices < INT_MAX)
+        j["max_light_vertices"] = counts.max_light_vertices;
     for (int i = 0; i < path.size; ++i)
         j["vertices"].push_back(to_json(scene, path.vertices[i], i > 0, i + 1 < path.size));
     if (path.photon)

@@ -140,10 +140,16 @@ double rms_error(const film& film, const image& reference) {
     return std::sqrt(squares / (3 * static_cast<double>(reference.pixels.size())));
 }
 
-void write_sheet(const std::string& file, const std::vector<labelled_image>& images, int columns) {
+glm::dvec3 false_color(double x) {
+    const double rest = 1 - std::min(1.0, std::abs(x));
+    return x > 0 ? glm::dvec3(1, rest, rest) : glm::dvec3(rest, rest, 1);
+}
+
+void write_sheet(const std::string& file, const std::vector<labelled_image>& images, int columns,
+                 int magnified) {
     constexpr int gap = 6, label = 18;
     const int count = static_cast<int>(images.size()), rows = (count + columns - 1) / columns;
-    const int width = images.front().image.width;
+    const int width = magnified * images.front().image.width;
     const surface picture = make_surface(columns * (width + gap) - gap, rows * (width + label + gap) - gap);
     const context c{cairo_create(picture.get()), cairo_destroy};
     cairo_set_source_rgb(c.get(), 1, 1, 1);
@@ -152,8 +158,13 @@ void write_sheet(const std::string& file, const std::vector<labelled_image>& ima
         const auto& tile = images[static_cast<std::size_t>(i)];
         const int x = i % columns * (width + gap), y = i / columns * (width + label + gap);
         const surface s = to_surface(tile.image, tile.scale);
-        cairo_set_source_surface(c.get(), s.get(), x, y);
+        cairo_save(c.get());
+        cairo_translate(c.get(), x, y);
+        cairo_scale(c.get(), magnified, magnified);
+        cairo_set_source_surface(c.get(), s.get(), 0, 0);
+        cairo_pattern_set_filter(cairo_get_source(c.get()), CAIRO_FILTER_NEAREST);
         cairo_paint(c.get());
+        cairo_restore(c.get());
         draw_text(c, x, y + width + 13, 12, tile.label);
     }
     write(picture, file);

@@ -46,7 +46,10 @@ struct labelled_image {
     bpt::image image;
     double scale = 1;
 };
-void write_sheet(const std::string& file, const std::vector<labelled_image>& images, int columns);
+void write_sheet(const std::string& file, const std::vector<labelled_image>& images, int columns,
+                 int magnified = 1);
+// False colours: -1 is blue, 0 white, 1 red.
+glm::dvec3 false_color(double x);
 // One row per path length, one column per s; unweighted on the left, weighted on the right.
 void write_pyramid(const std::string& file, const film& film, double exposure);
 

@@ -186,6 +186,7 @@ rendered render_scene(const std::string& name, const options& o, bool write_imag
     settings.merge_radius = static_cast<Real>(o.radius) * scene.radius;
     const auto algorithm = algorithm_of<Real>(o, settings.merge_radius);
     settings.counts = algorithm.counts;
+    settings.merges_once = algorithm.merges_once;
     settings.radius_alpha = algorithm.is_progressive ? static_cast<Real>(o.radius_alpha) : Real(1);
     settings.mistakes = mistakes_of(o);
     settings.random_connection = o.random_connection;
@@ -284,7 +285,8 @@ outcome run_demo(options o, std::ofstream& dump) {
 
 void add_options(CLI::App& app, options& o) {
     app.add_option("--scene", o.scenes,
-                   "cornell, spheres, glossy, smooth, environment, point, lens, mixed, or all");
+                   "cornell, spheres, glossy, smooth, environment, point, lens, mixed, or all of these; caustic, "
+                   "diffuse, pool");
     app.add_option("--samples", o.samples, "passes: camera walks per pixel");
     app.add_option("--size", o.size, "width and height in pixels");
     app.add_option("--output", o.output, "folder of the images");
@@ -323,8 +325,9 @@ void check_options(options& o) {
     if (o.scenes == std::vector<std::string>{"all"})
         o.scenes = bpt::scene_names();
     std::map<std::string, int> scenes;
-    for (const auto& name : bpt::scene_names())
-        scenes[name] = 0;
+    for (const auto* const names : {&bpt::scene_names(), &bpt::study_scene_names()})
+        for (const auto& name : *names)
+            scenes[name] = 0;
     for (const auto& name : o.scenes)
         choose(scenes, name, "--scene");
     choose(std::map<std::string, int>{{"float", 0}, {"double", 0}}, o.scalar, "--scalar");

@@ -89,6 +89,7 @@ void complete_merge(sample_pair<Real, Weights>& pair, int s, const walk<Real>& l
     const vertex<Real>& photon = light[static_cast<std::size_t>(t - 1)];
     pair.path.join(pair.camera, s, light, t - 1);
     pair.path.photon = &photon;
+    pair.path.merged = s - 1;
     vertex<Real>& x = pair.path[s - 1];
     x.record.pdf_to_light = densities.to_light.value;
     x.record.pdf_to_camera = densities.to_camera.value;

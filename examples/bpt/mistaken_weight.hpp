@@ -86,7 +86,8 @@ double mistaken_weight(const mistake_set& mistakes, const weights<Real>& weigh, 
                        const complete_path<Real>& path, mis::technique technique) {
     mis::area_vertex<double> told[longest_path];
     told_densities(mistakes, path, told);
-    const auto counts = in_double(told_counts(mistakes, weigh.counts, merge_radius, technique.kind));
+    const auto counts =
+        in_double(told_counts(mistakes, counts_for(weigh, path), merge_radius, technique.kind));
     const any_heuristic heuristic = told_heuristic(mistakes, weigh.heuristic);
     if (heuristic.kind == heuristic_kind::power && mistakes.has(mistake::power_overflow))
         return static_cast<double>(

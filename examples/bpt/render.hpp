@@ -23,6 +23,7 @@ template <class Real> struct settings {
     mis::technique_counts<Real> counts; // light walks per image: width * width
     Real merge_radius = 0;              // of the first pass: that of counts.merge, in the scene's units
     Real radius_alpha = 1;              // of mis::progressive_radius; 1: the radius stays
+    bool merges_once = false;           // each camera walk ends where it can first be merged
     bool random_connection = false;
     bool check_weights = true;
     int dump_paths = 0; // a random choice of them, per image row and pass
@@ -69,7 +70,7 @@ template <class Real> struct renderer {
     double mean_light_vertices = 0; // of light walks, for random connections; 0: all connections
 
     renderer(const bpt::scene<Real>& s, const settings<Real>& settings)
-        : scene(s), set(planted(settings)), weigh(set.heuristic, set.counts, set.mistakes) {
+        : scene(s), set(planted(settings)), weigh(set.heuristic, set.counts, set.mistakes, set.merges_once) {
         if (set.random_connection)
             mean_light_vertices = measure_light_vertices();
         weigh = make_weights();
@@ -79,7 +80,7 @@ template <class Real> struct renderer {
         const auto counts = set.random_connection
                                 ? mis::random_connection(set.counts, static_cast<Real>(mean_light_vertices))
                                 : set.counts;
-        return {set.heuristic, counts, set.mistakes};
+        return {set.heuristic, counts, set.mistakes, set.merges_once};
     }
 
     // The renderer of one pass: with the pass' radius, and with the weights that follow from it.
@@ -103,7 +104,7 @@ template <class Real> struct renderer {
 
     // Whether somebody looks at the whole path of a merge: at more than the recursion's two numbers.
     bool wants_complete_merges() const {
-        return set.check_weights || set.dump_paths > 0 || set.mistakes.any() || !has_recursion(weigh);
+        return set.check_weights || set.dump_paths > 0 || set.mistakes.any() || takes_whole_path(weigh);
     }
 
     // The light walk of a pixel where walks merge, by a generator that the camera walks do not use: the same
@@ -160,6 +161,8 @@ template <class Real> struct renderer {
                    const std::function<Real()>& weight) const {
         if (has_recursion(weigh))
             return weight();
+        if (!takes_whole_path(weigh))
+            return Real(1);
         mis::measured_vertex<Real> records[longest_path];
         for (int i = 0; i < path.size; ++i)
             records[i] = path.vertices[i].record;
@@ -222,8 +225,8 @@ template <class Real> struct renderer {
         const auto keep = [&](const contribution<Real>& c, const complete_path<Real>& path) {
             result.contributions.push_back(c);
             if (set.check_weights)
-                check_weight(scene, weigh, mean_light_vertices, set.width, path, c.technique, c.right_weight,
-                             result.checks);
+                check_weight(scene, weigh, mean_light_vertices, set.merge_radius, set.width, path,
+                             c.technique, c.right_weight, result.checks);
             keep_some(result.dump, made++, chance,
                       [&] { return to_json_line(scene, weigh, set.merge_radius, c, path); });
         };

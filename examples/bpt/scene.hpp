@@ -186,8 +186,9 @@ bool is_visible(const scene<Real>& scene, const vec3<Real>& from, const vec3<Rea
     return !intersect(scene, from, edge / distance, distance - scene.epsilon());
 }
 
-// All scenes, by name; see scenes.cpp.
+// Scenes by name; see scenes.cpp. Those that show all that the renderer can do, and those made for a study.
 const std::vector<std::string>& scene_names();
+const std::vector<std::string>& study_scene_names();
 template <class Real> scene<Real> make_scene(const std::string& name);
 
 // The same scene with all lengths times a factor. Its image is the same, and so are all weights.

@@ -238,6 +238,50 @@ void glossy(builder& b) {
     tall_block(b, metal);
 }
 
+// The box seen from above, so that its light is out of sight: an image's noise is then not that of the
+// light's own pixels.
+void look_down(builder& b) {
+    b.look({278, 300, -500}, {278, 140, 280}, 0.42);
+    b.s.exposure = 4;
+}
+
+// A small light, a block of glass and a glossy one: light that the glass has gathered is seen through the
+// glass. After [H] figure 13.
+void caustic(builder& b) {
+    const auto paint = cornell_walls(b);
+    b.quad({343, 548.8, 227}, {343, 548.8, 332}, {213, 548.8, 332}, {213, 548.8, 227},
+           paint.white); // no hole
+    constexpr double half = 20, as_much_as_the_published_light = 130 * 105 / (4 * half * half);
+    b.area_light({278 + half, 548, 280 - half}, {278 + half, 548, 280 + half}, {278 - half, 548, 280 - half},
+                 cornell_light * as_much_as_the_published_light, 1, 1);
+    tall_block(b, b.glossy(dvec3(0.05), dvec3(0.75, 0.7, 0.6), 1000));
+    glass_block(b, {80, 0, 60}, {250, 165, 230}, b.glass(1.5));
+    look_down(b);
+}
+
+// Nothing but diffuse surfaces and a large light, as in [H] figure 12.
+void diffuse(builder& b) {
+    cornell(b);
+    look_down(b);
+}
+
+// A floor under a clear liquid, lit by four points above it: all light is refracted on its way to the floor
+// and on its way to the camera, so that only merges find it. Next to nothing is reflected and no walk is
+// ended, so that merges are all that is noisy. [H] figure 7 has a torus in glass.
+void pool(builder& b) {
+    b.begin_cluster();
+    b.quad({-9, 0, -9}, {-9, 0, 9}, {9, 0, 9}, {9, 0, -9}, b.diffuse(dvec3(0.7)));
+    b.quad({-20, 0.3, -20}, {-20, 0.3, 20}, {20, 0.3, 20}, {20, 0.3, -20}, b.glass(1.1));
+    for (auto& m : b.s.materials)
+        m.survival = 1;
+    for (int k = 0; k < 4; ++k)
+        b.point_light({k % 2 ? 0.8 : -0.8, 1.3, k / 2 ? 0.8 : -0.8}, dvec3(2), 0.25, 0.25);
+    b.look({0, 5, -3}, {0, 0, 0}, 0.26);
+    b.s.center = {0, 0.5, 0};
+    b.s.radius = 15;
+    b.s.exposure = 1;
+}
+
 // A coarse sphere of 80 triangles whose shading normals are those of the fine one: 15 degrees apart in
 // places.
 void smooth_ball(builder& b, const dvec3& center, double radius, int material) {
@@ -339,7 +383,8 @@ void mixed(builder& b) {
 const std::map<std::string, void (*)(builder&)>& builders() {
     static const std::map<std::string, void (*)(builder&)> all{
         {"cornell", cornell},         {"spheres", spheres}, {"glossy", glossy}, {"smooth", smooth},
-        {"environment", environment}, {"point", point},     {"lens", lens},     {"mixed", mixed}};
+        {"environment", environment}, {"point", point},     {"lens", lens},     {"mixed", mixed},
+        {"caustic", caustic},         {"diffuse", diffuse}, {"pool", pool}};
     return all;
 }
 
@@ -384,6 +429,11 @@ template <class Real> scene<Real> cast_to(const scene<double>& d) {
 const std::vector<std::string>& scene_names() {
     static const std::vector<std::string> names{"cornell",     "spheres", "glossy", "smooth",
                                                 "environment", "point",   "lens",   "mixed"};
+    return names;
+}
+
+const std::vector<std::string>& study_scene_names() {
+    static const std::vector<std::string> names{"caustic", "diffuse", "pool"};
     return names;
 }
 

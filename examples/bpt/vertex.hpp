@@ -33,6 +33,9 @@ template <class Real> bool scatters_dirac(const vertex<Real>& x) {
     return x.record.kind == mis::vertex_kind::dirac;
 }
 
+// Whether a walk's vertex may be its end in a next event, connection or merge.
+template <class Real> bool can_join(const vertex<Real>& x) { return !is_light(x) && !scatters_dirac(x); }
+
 // From a vertex to another one, of unit length. A vertex at infinity has its direction in place of a normal.
 template <class Real> vec3<Real> direction(const vertex<Real>& from, const vertex<Real>& to) {
     if (is_infinite(to))

@@ -74,7 +74,7 @@ bool scatter(vertex<Real>& x, const Weights& weigh, walk_kind kind, pcg32& rng,
 }
 
 // Continues a walk that has left its end point until it leaves the scene, is absorbed, hits a light or has
-// `longest` vertices.
+// `longest` vertices; a camera walk that merges once stays where it can.
 template <class Real, class Weights>
 void continue_walk(const scene<Real>& scene, const Weights& weigh, walk_kind kind, walk<Real>& walk,
                    ray<Real> ray, mis::subpath_state<Real> state, color<Real> throughput, int longest,
@@ -107,7 +107,8 @@ void continue_walk(const scene<Real>& scene, const Weights& weigh, walk_kind kin
         x.state = weigh.arrive(state, distance2, cos_in);
         tell_arrival(weigh.mistakes, previous, x, kind, ray.direction);
         walk.push_back(x);
-        if (is_light(x) || !scatter(walk.back(), weigh, kind, rng, state, throughput, ray.direction))
+        const bool stays = camera && weigh.merges_once && can_join(x);
+        if (is_light(x) || stays || !scatter(walk.back(), weigh, kind, rng, state, throughput, ray.direction))
             return;
         ray.origin = x.point.position;
     }

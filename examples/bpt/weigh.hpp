@@ -45,20 +45,37 @@ struct any_heuristic {
     }
 };
 
-// The library's weights, and the mistakes that are planted: none, unless asked for.
+// The library's weights; the mistakes that are planted: none, unless asked for; and whether each camera walk
+// ends where it can first be merged.
 template <class Real> struct weights : mis::path_weights<any_heuristic, Real> {
     mistake_set mistakes;
+    bool merges_once = false;
 
-    weights(const any_heuristic& h, const mis::technique_counts<Real>& c, const mistake_set& planted = {})
-        : mis::path_weights<any_heuristic, Real>(h, c), mistakes(planted) {}
+    weights(const any_heuristic& h, const mis::technique_counts<Real>& c, const mistake_set& planted = {},
+            bool once = false)
+        : mis::path_weights<any_heuristic, Real>(h, c), mistakes(planted), merges_once(once) {}
 };
+
+// The counts for one path. Walks that end where they can first be merged are capped there.
+template <class Real>
+mis::technique_counts<Real> counts_for(const weights<Real>& weigh, const complete_path<Real>& path) {
+    auto counts = weigh.counts;
+    for (int i = path.size - 2; weigh.merges_once && i > 0; --i)
+        if (can_join(path.vertices[i]))
+            counts.max_camera_vertices = i + 1;
+    return counts;
+}
 
 template <class Real> bool is_capped(const mis::technique_counts<Real>& c) {
     return c.max_camera_vertices < INT_MAX || c.max_light_vertices < INT_MAX;
 }
 // Two numbers know neither all densities at once, as the cutoff heuristic wants them, nor caps on sub-paths.
 template <class Real> bool has_recursion(const weights<Real>& weigh) {
-    return weigh.heuristic.kind != heuristic_kind::cutoff && !is_capped(weigh.counts);
+    return weigh.heuristic.kind != heuristic_kind::cutoff && !is_capped(weigh.counts) && !weigh.merges_once;
+}
+// Whether a weight takes the whole path. Where walks merge once, no path is made in two ways.
+template <class Real> bool takes_whole_path(const weights<Real>& weigh) {
+    return !has_recursion(weigh) && !weigh.merges_once;
 }
 
 template <class Real> mis::measured_vertex<double> in_double(const mis::measured_vertex<Real>& r) {
@@ -90,69 +107,126 @@ inline mis::technique_counts<double> in_double(const mis::technique_counts<float
 
 template <class Real> Real sum(const color<Real>& c) { return c.x + c.y + c.z; }
 
-// What a walk multiplies at vertex i of the path, on its way from x_{i-step} to x_{i+step}.
-template <class Real> color<Real> walk_factor(const vertex<Real>* path, int i, walk_kind kind) {
-    const int step = kind == walk_kind::from_camera ? 1 : -1;
-    vertex<Real> x = path[i];
-    x.towards_previous = direction(x, path[i - step]);
-    const vec3<Real> to = direction(x, path[i + step]);
+// The path's edges as its vertices see them: the direction and both cosines at each end. Where walks have
+// merged, the edge towards the light is the photon's.
+template <class Real> struct path_geometry {
+    struct side { // of a vertex
+        vec3<Real> to;
+        Real shading_cosine = 1, geometric_cosine = 1;
+    };
+    side to_camera[longest_path], to_light[longest_path];
+    Real distance2_to_light[longest_path];
+};
+
+template <class Real>
+typename path_geometry<Real>::side side_towards(const vertex<Real>& x, const vec3<Real>& to) {
+    return {to, shading_cosine(x, to), geometric_cosine(x, to)};
+}
+
+template <class Real> path_geometry<Real> geometry_of(const complete_path<Real>& path) {
+    path_geometry<Real> g;
+    for (int i = 0; i + 1 < path.size; ++i) {
+        const vertex<Real>& x = i == path.merged ? *path.photon : path.vertices[i];
+        const vertex<Real>& y = path.vertices[i + 1];
+        g.to_light[i] = side_towards(x, direction(x, y));
+        g.to_camera[i + 1] = side_towards(y, direction(y, x));
+        g.distance2_to_light[i] = squared_distance(x, y);
+    }
+    return g;
+}
+
+// f |cos| of scattering at vertex i as a walk multiplies it, and the density that it divides by.
+template <class Real>
+color<Real> scattered(const complete_path<Real>& path, const path_geometry<Real>& g, int i, walk_kind kind) {
+    const vertex<Real>& x = path.vertices[i];
+    const bool camera = kind == walk_kind::from_camera;
+    const auto &from = camera ? g.to_camera[i] : g.to_light[i], &to = camera ? g.to_light[i] : g.to_camera[i];
+    const color<Real> f = evaluate(*x.material, x.point, from.to, to.to) * to.shading_cosine;
+    return camera ? f
+                  : f * mis::shading_normal_factor(from.shading_cosine, from.geometric_cosine,
+                                                   to.shading_cosine, to.geometric_cosine);
+}
+template <class Real>
+Real scatter_density(const complete_path<Real>& path, const path_geometry<Real>& g, int i, walk_kind kind) {
+    const vertex<Real>& x = path.vertices[i];
+    const bool camera = kind == walk_kind::from_camera;
+    material<Real> m = *x.material;
+    if (i == path.merged && !camera)
+        m.survival = path.photon->material->survival; // the light walk would go on from there
+    return camera ? density(m, x.point, g.to_camera[i].to, g.to_light[i].to)
+                  : density(m, x.point, g.to_light[i].to, g.to_camera[i].to);
+}
+
+// What a walk multiplies at vertex i of the path.
+template <class Real>
+color<Real> walk_factor(const complete_path<Real>& path, const path_geometry<Real>& g, int i,
+                        walk_kind kind) {
+    const vertex<Real>& x = path.vertices[i];
     if (!is_dirac(*x.material))
-        return scattered(x, to, kind) / density(*x.material, x.point, x.towards_previous, to);
-    const bool reflects = dot(x.point.normal, x.towards_previous) * dot(x.point.normal, to) > Real(0);
-    const dirac_lobe<Real> lobe = dirac_scatter(*x.material, x.point, x.towards_previous, reflects);
+        return scattered(path, g, i, kind) / scatter_density(path, g, i, kind);
+    const bool camera = kind == walk_kind::from_camera;
+    const vec3<Real>&from = camera ? g.to_camera[i].to : g.to_light[i].to,
+          &to = camera ? g.to_light[i].to : g.to_camera[i].to;
+    const bool reflects = dot(x.point.normal, from) * dot(x.point.normal, to) > Real(0);
+    const dirac_lobe<Real> lobe = dirac_scatter(*x.material, x.point, from, reflects);
     return lobe.value * (radiance_scale(lobe, kind) / lobe.probability);
 }
 
 // S of every technique of a path (places as in mis::technique_at), for counts of 1; infinite where a
-// technique cannot make it. Nothing here looks at the densities in the path's records.
+// technique cannot make it. A merge of one light walk estimates a density: its throughput has 1 / (pi r^2).
+// Nothing here looks at the densities in the path's records.
 template <class Real>
-void throughputs_of(const scene<Real>& scene, int width, const vertex<Real>* path, int n, Real* out) {
+void throughputs_of(const scene<Real>& scene, int width, Real merge_radius, const complete_path<Real>& path,
+                    Real* out) {
     constexpr Real impossible = std::numeric_limits<Real>::infinity();
-    const int last = n - 1;
-    const auto joinable = [&](int i) { return i == 0 || i == last || !scatters_dirac(path[i]); };
+    const int n = path.size, last = n - 1;
+    const auto joinable = [&](int i) { return i == 0 || i == last || !scatters_dirac(path.vertices[i]); };
     std::fill(out, out + mis::technique_count(n), impossible);
 
-    vertex<Real> lens = path[0], light = path[last];
-    const vec3<Real> leaving_lens = direction(lens, path[1]),
-                     leaving_light = direction(light, path[last - 1]);
-    aim(scene.camera, lens, leaving_lens, width);
+    const path_geometry<Real> g = geometry_of(path);
+    vertex<Real> lens = path.vertices[0], light = path.vertices[last];
+    aim(scene.camera, lens, g.to_light[0].to, width);
     light = light_vertex(scene, light.point.light, light.point.position, light.point.normal);
-    const color<Real> emitted = emit(scene, light, leaving_light);
+    const color<Real> emitted = emit(scene, light, g.to_camera[last].to);
     const Real cos_light = light.record.cos_to_camera;
     const Real response = lens.record.pdf_to_light; // W |cos| over the density of the lens point
 
     color<Real> from_camera[longest_path], from_light[longest_path]; // throughputs at the arrival at x_i
     from_camera[1] = color<Real>(response / lens.record.pdf_to_light);
     for (int i = 2; i < n; ++i)
-        from_camera[i] = from_camera[i - 1] * walk_factor(path, i - 1, walk_kind::from_camera);
+        from_camera[i] = from_camera[i - 1] * walk_factor(path, g, i - 1, walk_kind::from_camera);
     from_light[last - 1] = emitted * (cos_light / (light.record.pdf_position * light.record.pdf_to_camera));
     for (int i = last - 2; i > 0; --i)
-        from_light[i] = from_light[i + 1] * walk_factor(path, i + 1, walk_kind::from_light);
+        from_light[i] = from_light[i + 1] * walk_factor(path, g, i + 1, walk_kind::from_light);
 
-    const auto towards = [&](int i, int j, walk_kind kind) {
-        vertex<Real> x = path[i];
-        x.towards_previous = direction(x, path[kind == walk_kind::from_camera ? i - 1 : i + 1]);
-        return scattered(x, direction(x, path[j]), kind);
-    };
     for (int s = 1; s <= n; ++s) {
         color<Real> throughput;
         if (s < n && !(joinable(s - 1) && joinable(s)))
             continue;
-        const Real distance2 = s < n ? squared_distance(path[s - 1], path[s]) : Real(1);
+        const Real distance2 = s < n ? g.distance2_to_light[s - 1] : Real(1);
         if (s == n)
             throughput = from_camera[last] * emitted;
         else if (n == 2)
             throughput = emitted * (cos_light * response / (light.record.pdf_position * distance2));
         else if (s == 1)
-            throughput = from_light[1] * towards(1, 0, walk_kind::from_light) * (response / distance2);
+            throughput =
+                from_light[1] * scattered(path, g, 1, walk_kind::from_light) * (response / distance2);
         else if (s == last)
-            throughput = from_camera[s - 1] * towards(s - 1, s, walk_kind::from_camera) * emitted *
+            throughput = from_camera[s - 1] * scattered(path, g, s - 1, walk_kind::from_camera) * emitted *
                          (cos_light / (light.record.pdf_next_event * distance2));
         else
-            throughput = from_camera[s - 1] * towards(s - 1, s, walk_kind::from_camera) *
-                         towards(s, s - 1, walk_kind::from_light) * from_light[s] / distance2;
+            throughput = from_camera[s - 1] * scattered(path, g, s - 1, walk_kind::from_camera) *
+                         scattered(path, g, s, walk_kind::from_light) * from_light[s] / distance2;
         if (s < n || !light.record.dirac)
             out[s] = sum(throughput);
+    }
+    for (int s = 2; s < n && merge_radius > Real(0); ++s) {
+        const vertex<Real>& x = path.vertices[s - 1];
+        const auto &in = g.to_light[s - 1], &back = g.to_camera[s - 1];
+        if (joinable(s - 1))
+            out[mis::technique_index(n, {mis::technique_kind::merge, s})] =
+                sum(from_camera[s - 1] * evaluate(*x.material, x.point, back.to, in.to) * from_light[s - 1]) *
+                in.shading_cosine / (in.geometric_cosine * mis::merge_area(merge_radius));
     }
 }
 
@@ -208,22 +282,26 @@ inline bool hangs_on_rounding(const any_heuristic& h, const double* densities, i
     return close > 0;
 }
 
-// Compares one weight with the throughput form, which does not know merges.
+// Compares one weight with the throughput form.
 template <class Real>
 void check_throughputs(const scene<Real>& scene, const weights<Real>& weigh, double mean_light_vertices,
-                       int width, const complete_path<Real>& path, int index, double by_density,
-                       weight_checks& checks) {
+                       Real merge_radius, int width, const complete_path<Real>& path, int index,
+                       double by_density, weight_checks& checks) {
     constexpr int most = mis::technique_count(longest_path);
     const int n = path.size, count = mis::technique_count(n);
-    // The throughput form knows counts as they are, and a random connection as a factor of its throughput.
+    const auto path_counts = counts_for(weigh, path);
+    // The throughput form knows counts as they are: a random connection is a factor of its throughput, and so
+    // is the area of a merge.
     Real throughputs[most], by_throughput[most], counts[most];
-    throughputs_of(scene, width, path.vertices, n, throughputs);
+    throughputs_of(scene, width, merge_radius, path, throughputs);
     for (int k = 0; k < count; ++k) {
         const mis::technique t = mis::technique_at(n, k);
         const bool picked = t.kind == mis::technique_kind::connection && mean_light_vertices > 0;
-        counts[k] =
-            mis::count_of(weigh.counts, n, t) * (picked ? static_cast<Real>(mean_light_vertices) : Real(1));
-        throughputs[k] *= picked ? static_cast<Real>(mean_light_vertices) : Real(1);
+        const Real factor = picked ? static_cast<Real>(mean_light_vertices) : Real(1);
+        const Real area = t.kind == mis::technique_kind::merge ? mis::merge_area(merge_radius) : Real(1);
+        const Real count_with_factors = mis::count_of(path_counts, n, t);
+        counts[k] = count_with_factors > Real(0) ? count_with_factors * factor / area : Real(0);
+        throughputs[k] *= factor;
     }
     mis::densities_from_throughputs(counts, throughputs, count, by_throughput);
     mis::weights(weigh.heuristic, by_throughput, count, by_throughput);
@@ -232,11 +310,12 @@ void check_throughputs(const scene<Real>& scene, const weights<Real>& weigh, dou
 
 // Compares one weight with the other two forms.
 template <class Real>
-void check_weight(const scene<Real>& scene, const weights<Real>& weigh, double mean_light_vertices, int width,
-                  const complete_path<Real>& path, mis::technique technique, Real weight,
-                  weight_checks& checks) {
+void check_weight(const scene<Real>& scene, const weights<Real>& weigh, double mean_light_vertices,
+                  Real merge_radius, int width, const complete_path<Real>& path, mis::technique technique,
+                  Real weight, weight_checks& checks) {
     constexpr int most = mis::technique_count(longest_path);
     const int n = path.size, count = mis::technique_count(n), index = mis::technique_index(n, technique);
+    const auto path_counts = counts_for(weigh, path);
     mis::measured_vertex<double> records[longest_path];
     records_of(path, records);
     ++checks.paths;
@@ -244,7 +323,7 @@ void check_weight(const scene<Real>& scene, const weights<Real>& weigh, double m
     checks.longest = std::max(checks.longest, n);
 
     double densities[most], by_density[most];
-    mis::relative_densities(in_double(weigh.counts), records, n, densities);
+    mis::relative_densities(in_double(path_counts), records, n, densities);
     mis::weights(weigh.heuristic, densities, count, by_density);
     double total = -1;
     for (int k = 0; k < count; ++k)
@@ -257,8 +336,8 @@ void check_weight(const scene<Real>& scene, const weights<Real>& weigh, double m
     }
     checks.recursion.add(static_cast<double>(weight), by_density[index]);
 
-    if (weigh.counts.merge <= Real(0))
-        check_throughputs(scene, weigh, mean_light_vertices, width, path, index, by_density[index], checks);
+    check_throughputs(scene, weigh, mean_light_vertices, merge_radius, width, path, index, by_density[index],
+                      checks);
     if (checks.paths % 16 != 0 || !has_recursion(weigh))
         return;
     mis::measured_vertex<Real> own_records[longest_path];

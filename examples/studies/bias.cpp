@@ -2,16 +2,12 @@
 // estimation whose bias is known exactly, over the number of samples. Errors are integrals, confirmed by
 // simulation. Writes bias.csv; bias.gp draws it. docs/bias.md tells what it shows.
 #include "bias_model.hpp"
+#include "study.hpp"
 
-#include <CLI/CLI.hpp>
 #include <array>
-#include <cstdio>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <pcg_random.hpp>
 #include <random>
-#include <unistd.h>
 
 namespace {
 
@@ -22,20 +18,6 @@ struct options {
     int largest = 100'000, per_decade = 4, repetitions = 2'000, intervals = 2'048, steps = 2'000;
     std::uint64_t seed = 1;
 };
-
-[[noreturn]] void fail(const std::string& message) {
-    std::fprintf(stderr, "study_bias: %s\n", message.c_str());
-    std::exit(2);
-}
-
-void show_progress(const setup& s, double n, double largest) {
-    if (isatty(STDERR_FILENO))
-        std::fprintf(stderr, "\r\033[K%s: %.0f of %.0f samples", s.name.c_str(), n, largest);
-}
-void clear_progress() {
-    if (isatty(STDERR_FILENO))
-        std::fprintf(stderr, "\r\033[K");
-}
 
 // The unbiased technique is uniform and the biased one follows f; each is good at one end; and the first with
 // a radius that shrinks and many more samples of the biased technique.
@@ -179,15 +161,8 @@ double largest_of(const std::vector<row>& rows, double (*value)(const row&)) {
     return largest;
 }
 
-bool report(bool good, const char* what) {
-    std::printf("  %-4s  %s\n", good ? "pass" : "FAIL", what);
-    return good;
-}
-
 bool report_bound(double worst, const char* what) {
-    const bool good = worst <= 1 + slack;
-    std::printf("  %-4s  %s: at most %.3f of the bound\n", good ? "pass" : "FAIL", what, worst);
-    return good;
+    return report(worst <= 1 + slack, text("%s: at most %.3f of the bound", what, worst));
 }
 
 bool all_of(const std::vector<row>& rows, bool (*holds)(const row&)) {
@@ -215,60 +190,49 @@ bool check(const setup& s, const std::vector<row>& rows) {
     // Not a failure: [H]'s proof bounds the squared bias from above, and that bound can be far from it.
     const double of_best = largest_of(rows, [](const row& r) { return gap(r, r.aware, r.best); });
     const double of_balance = largest_of(rows, [](const row& r) { return gap(r, r.balance, r.best); });
-    std::printf("  note  bias-aware above the best weights in [0, 1]: %.3f of the bound of [H] 15%s\n",
-                of_best, of_best > 1 ? ", which does not hold here" : "");
-    std::printf("  note  balance above the best weights in [0, 1]: %.3f of it\n", of_balance);
+    note(text("bias-aware above the best weights in [0, 1]: %.3f of the bound of [H] 15%s", of_best,
+              of_best > 1 ? ", which does not hold here" : ""));
+    note(text("balance above the best weights in [0, 1]: %.3f of it", of_balance));
     const row& last = rows.back();
-    std::printf(
-        "  note  RMS error at %.0f samples: balance %.2e, bias-aware %.2e, best fixed %.2e, best %.2e\n",
-        last.n, rms(last.balance), rms(last.aware), rms(last.fixed), rms(last.best));
+    note(text("RMS error at %.0f samples: balance %.2e, bias-aware %.2e, best fixed %.2e, best %.2e", last.n,
+              rms(last.balance), rms(last.aware), rms(last.fixed), rms(last.best)));
     return good;
 }
 
-void write_row(std::ofstream& csv, const setup& s, const row& r) {
-    char line[512];
-    std::snprintf(line, sizeof line, "%s,%.0f,%.6e,%.6e,%.6e,%.6e,%.6e,%.6e,%.6e,%.6e", s.name.c_str(), r.n,
-                  std::sqrt(r.bound), rms(r.balance), r.balance.bias, rms(r.aware), r.aware.bias,
-                  rms(r.fixed), r.fixed_weight, rms(r.best));
-    csv << line;
-    for (const simulated& of : r.simulation) {
-        std::snprintf(line, sizeof line, ",%.6e", std::sqrt(of.squared_error));
-        csv << (r.is_simulated ? line : ",");
-    }
-    csv << '\n';
+std::string to_csv(const setup& s, const row& r) {
+    std::string line = text("%s,%.0f,%.6e,%.6e,%.6e,%.6e,%.6e,%.6e,%.6e,%.6e", s.name.c_str(), r.n,
+                            std::sqrt(r.bound), rms(r.balance), r.balance.bias, rms(r.aware), r.aware.bias,
+                            rms(r.fixed), r.fixed_weight, rms(r.best));
+    for (const simulated& of : r.simulation)
+        line += r.is_simulated ? text(",%.6e", std::sqrt(of.squared_error)) : ",";
+    return line;
 }
 
 bool run(const options& o) {
-    std::error_code failure;
-    std::filesystem::create_directories(o.output, failure);
-    const std::string file = o.output + "/bias.csv";
-    std::ofstream csv(file);
-    csv << "setup,samples,bound,balance,balance_bias,aware,aware_bias,fixed,fixed_weight,best,"
-           "balance_simulated,aware_simulated\n";
-    if (!csv.flush())
-        fail("'" + file + "' cannot be written");
+    studies::csv_file csv(o.output, "bias.csv",
+                          "setup,samples,bound,balance,balance_bias,aware,aware_bias,fixed,fixed_weight,best,"
+                          "balance_simulated,aware_simulated");
     bool good = true;
     pcg32 rng(o.seed);
     for (const setup& s : all_setups()) {
         std::vector<row> rows;
         for (int n : sample_counts(o)) {
-            show_progress(s, n, o.largest);
+            show_progress(text("%s: %d of %d samples", s.name.c_str(), n, o.largest));
             rows.push_back(compute(s, n, o, rng));
-            write_row(csv, s, rows.back());
+            csv.add(to_csv(s, rows.back()));
         }
-        clear_progress();
+        show_progress("");
         good &= check(s, rows);
     }
-    if (!csv.flush())
-        fail("'" + file + "' cannot be written");
     return good;
 }
 
 } // namespace
 
 int main(int count, char** arguments) {
-    CLI::App app{"Errors of balance and bias-aware balance where one technique is biased; writes bias.csv.\n"
-                 "Exit status: 0 all checks pass, 1 some do not, 2 bad input."};
+    CLI::App app{std::string("Errors of balance and bias-aware balance where one technique is biased; writes "
+                             "bias.csv.\n") +
+                 exit_statuses};
     options o;
     app.add_option("--output", o.output, "folder to write to")->capture_default_str();
     app.add_option("--largest", o.largest, "largest number of unbiased samples")
@@ -281,16 +245,5 @@ int main(int count, char** arguments) {
         ->check(CLI::Range(100, 10'000'000))
         ->capture_default_str();
     app.add_option("--seed", o.seed, "of the simulations")->capture_default_str();
-    try {
-        app.parse(count, arguments);
-    } catch (const CLI::CallForHelp& help) {
-        return app.exit(help);
-    } catch (const CLI::ParseError& error) {
-        fail(error.what());
-    }
-    try {
-        return run(o) ? 0 : 1;
-    } catch (const std::exception& error) {
-        fail(error.what());
-    }
+    return run_study(app, count, arguments, [&] { return run(o); });
 }

@@ -1,9 +1,6 @@
 // Do weights depend on the units of the scene? Merges are weighed in three ways, [H] figure 6: with their
 // density times pi r^2 [G], with all others' divided by pi r^2 [H], and without the area, which is wrong.
-#include <CLI/CLI.hpp>
-#include <cstdio>
-#include <filesystem>
-#include <fstream>
+#include "study.hpp"
 #include <mis/verify_invariance.hpp>
 #include <render.hpp>
 
@@ -84,48 +81,45 @@ template <class Real> summary summarize(const paths<Real>& p, Real scale, form f
     return s;
 }
 
-template <class Real> bool run(const std::string& scene, int width, const char* scalar, std::ofstream& csv) {
+template <class Real>
+bool run(const std::string& scene, int width, const char* scalar, studies::csv_file& csv) {
     const auto p = render_paths<Real>(scene, width);
     double worst = 0;
     for (const double scale : {1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3}) {
-        csv << scalar << ',' << scale;
+        std::string line = studies::text("%s,%g", scalar, scale);
         for (const form f : {georgiev, hachisuka, without_area}) {
             const summary s = summarize(p, static_cast<Real>(scale), f);
-            csv << ',' << s.mean_merge << ',' << s.largest_change;
+            line += studies::text(",%g,%g", s.mean_merge, s.largest_change);
             if (f != without_area)
                 worst = std::max(worst, s.largest_change);
         }
-        csv << '\n';
+        csv.add(line);
     }
-    std::printf("%s, %zu paths at 7 sizes: weights with the area change by %.1e at most (bar: 1e-5)\n",
-                scalar, p.all.size(), worst);
-    return worst < 1e-5;
+    return studies::report(worst < 1e-5,
+                           studies::text("%s, %zu paths at 7 sizes: weights with the area change by %.1e at "
+                                         "most (bar: 1e-5)",
+                                         scalar, p.all.size(), worst));
 }
 
 } // namespace
 
 int main(int count, char** arguments) {
-    CLI::App app{"Study: weights under scaling of the scene, with and without the area of merges."};
+    CLI::App app{
+        std::string("Weights under scaling of the scene, with and without the area of merges; writes "
+                    "scale.csv.\n") +
+        studies::exit_statuses};
     std::string output = "studies", scene = "glossy";
     int size = 32;
-    app.add_option("--output", output, "folder of scale.csv");
-    app.add_option("--scene", scene, "of the reference renderer");
-    app.add_option("--size", size, "width and height in pixels")->check(CLI::Range(1, 512));
-    try {
-        app.parse(count, arguments);
-        std::filesystem::create_directories(output);
-        std::ofstream csv(output + "/scale.csv");
-        if (!csv)
-            throw std::runtime_error("cannot write " + output + "/scale.csv");
-        csv << "scalar,scale,merges times area,largest change,others divided by area,largest change,"
-               "without area,largest change\n";
+    app.add_option("--output", output, "folder to write to")->capture_default_str();
+    app.add_option("--scene", scene, "of the reference renderer")->capture_default_str();
+    app.add_option("--size", size, "width and height in pixels")
+        ->check(CLI::Range(1, 512))
+        ->capture_default_str();
+    return studies::run_study(app, count, arguments, [&] {
+        studies::csv_file csv(output, "scale.csv",
+                              "scalar,scale,merges times area,largest change,others divided by area,largest "
+                              "change,without area,largest change");
         const bool in_double = run<double>(scene, size, "double", csv);
-        const bool in_float = run<float>(scene, size, "float", csv);
-        return in_double && in_float ? 0 : 1;
-    } catch (const CLI::CallForHelp& help) {
-        return app.exit(help);
-    } catch (const std::exception& error) {
-        std::fprintf(stderr, "scale: %s\n", error.what());
-        return 2;
-    }
+        return run<float>(scene, size, "float", csv) && in_double;
+    });
 }

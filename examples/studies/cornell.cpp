@@ -1,0 +1,267 @@
+// Study: bidirectional path tracing, photon mapping and both together, at equal time and at equal samples,
+// [H] figure 13 and table 2; and on a diffuse scene, [H] figure 12. Time is that of the processor, so that a
+// busy machine changes little. Writes cornell.csv and images; cornell.gp draws the table. docs/merging.md
+// tells what it shows.
+#include "render_parts.hpp"
+#include "study.hpp"
+#include <algorithms.hpp>
+#include <ctime>
+#include <map>
+
+namespace {
+
+using namespace studies;
+using real = double;
+
+struct options {
+    std::string output = "studies";
+    int size = 64, runs = 3, threads = static_cast<int>(std::thread::hardware_concurrency());
+    double seconds = 10, reference_seconds = 120; // of the processor, for each run of an algorithm
+    double radius = 0.02;                         // of the first pass, as a part of the scene's
+    std::uint64_t seed = 1;
+    bool report_only = false;
+};
+
+// The algorithms compared. `ups 1` leaves connections to light walks of two vertices and more out, [H] 6.
+const std::vector<std::string> names{"bpt", "ppm", "sppm", "ups", "ups 1"};
+
+bpt::renderer<real> make_renderer(const bpt::scene<real>& scene, const options& o, const std::string& name,
+                                  std::uint64_t seed, double radius) {
+    const real walks = static_cast<real>(o.size) * static_cast<real>(o.size);
+    bpt::settings<real> s;
+    s.width = o.size;
+    s.threads = o.threads;
+    s.seed = seed;
+    s.check_weights = false;
+    s.merge_radius = radius * scene.radius;
+    const auto algorithm = bpt::algorithms(walks, s.merge_radius).at(name.substr(0, name.find(' ')));
+    s.counts = name == "ups 1" ? bpt::one_light_vertex(algorithm.counts) : algorithm.counts;
+    s.radius_alpha = algorithm.is_progressive ? mis::optimal_alpha<real> : real(1);
+    s.merges_once = algorithm.merges_once;
+    return {scene, s};
+}
+
+double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+// ---- The reference ----
+
+// Two images that know nothing of each other: how far they are apart tells how far both are from the truth.
+struct reference {
+    bpt::image mean;
+    double noise = 0; // mean squared error of the mean, over pixels and channels
+};
+
+reference render_reference(const bpt::scene<real>& scene, const options& o) {
+    std::array<bpt::image, 2> halves;
+    for (std::size_t half = 0; half < 2; ++half) {
+        // a smaller radius: less bias
+        const auto renderer = make_renderer(scene, o, "ups", o.seed + 1000 + half, o.radius / 2);
+        parts sum(o.size);
+        const double start = processor_seconds(), most = o.reference_seconds / 2;
+        for (double spent = 0; sum.passes == 0 || spent < most; spent = processor_seconds() - start) {
+            show_progress(text("%s: reference, %.0f of %.0f s", scene.name.c_str(),
+                               spent + static_cast<double>(half) * most, 2 * most));
+            add_pass(renderer, sum);
+        }
+        halves[half] = mean_image(sum);
+    }
+    reference r{halves[0], 0};
+    for (std::size_t i = 0; i < r.mean.pixels.size(); ++i) {
+        const glm::dvec3 apart = halves[0].pixels[i] - halves[1].pixels[i];
+        r.mean.pixels[i] -= apart / 2.0;
+        r.noise += dot(apart, apart) / 4 / (3 * static_cast<double>(r.mean.pixels.size()));
+    }
+    return r;
+}
+
+// Without the reference's own noise.
+double mean_squared_error(const parts& p, const reference& r) {
+    double squares = 0;
+    for (std::size_t i = 0; i < p.pixels(); ++i) {
+        const glm::dvec3 error = p.mean(i) - r.mean.pixels[i];
+        squares += dot(error, error);
+    }
+    return std::max(0.0, squares / (3 * static_cast<double>(p.pixels())) - r.noise);
+}
+
+// ---- The algorithms ----
+
+struct point {
+    int passes;
+    double seconds, squared_error; // means over runs
+};
+
+struct result {
+    std::vector<point> convergence;      // after 1, 2, 4, ... passes and at the end
+    double rms = 0, least = 0, most = 0; // at the end; of single runs
+    parts sum;                           // of the first run
+};
+
+struct measured_run {
+    std::vector<point> points;
+    parts sum;
+};
+
+measured_run measure(const bpt::scene<real>& scene, const options& o, const std::string& name, int run,
+                     const reference& r) {
+    const auto renderer = make_renderer(scene, o, name, o.seed + static_cast<std::uint64_t>(run), o.radius);
+    measured_run m{{}, parts(o.size)};
+    int due = 1;
+    double spent = 0; // on rendering, not on measuring
+    while (m.sum.passes == 0 || spent < o.seconds) {
+        const double start = processor_seconds();
+        add_pass(renderer, m.sum);
+        spent += processor_seconds() - start;
+        const bool is_last = spent >= o.seconds;
+        if (m.sum.passes == due || is_last)
+            m.points.push_back({m.sum.passes, spent, mean_squared_error(m.sum, r)});
+        if (m.sum.passes == due)
+            due *= 2;
+        show_progress(text("%s: %s, run %d of %d, %d passes", scene.name.c_str(), name.c_str(), run + 1,
+                           o.runs, m.sum.passes));
+    }
+    return m;
+}
+
+// The runs' mean; the end of each counts as one point, whatever the number of its passes.
+result measure_all(const bpt::scene<real>& scene, const options& o, const std::string& name,
+                   const reference& r) {
+    std::vector<measured_run> runs;
+    std::size_t shared = std::numeric_limits<std::size_t>::max();
+    for (int run = 0; run < o.runs; ++run) {
+        runs.push_back(measure(scene, o, name, run, r));
+        shared = std::min(shared, runs.back().points.size() - 1);
+    }
+    result all{{}, 0, std::numeric_limits<double>::max(), 0, runs[0].sum};
+    for (std::size_t i = 0; i <= shared; ++i) {
+        point mean{0, 0, 0};
+        double passes = 0;
+        for (const auto& run : runs) {
+            const point& p = i < shared ? run.points[i] : run.points.back();
+            passes += static_cast<double>(p.passes) / o.runs;
+            mean.seconds += p.seconds / o.runs;
+            mean.squared_error += p.squared_error / o.runs;
+        }
+        mean.passes = static_cast<int>(std::lround(passes));
+        all.convergence.push_back(mean);
+    }
+    for (const auto& run : runs) {
+        all.least = std::min(all.least, std::sqrt(run.points.back().squared_error));
+        all.most = std::max(all.most, std::sqrt(run.points.back().squared_error));
+    }
+    all.rms = std::sqrt(all.convergence.back().squared_error);
+    return all;
+}
+
+using results = std::map<std::string, result>;
+
+// The RMS error after as many passes as all algorithms have made.
+double rms_at_equal_samples(const result& r, std::size_t common) {
+    return std::sqrt(r.convergence[common].squared_error);
+}
+
+// ---- What is written ----
+
+void print_table(const results& all) {
+    std::size_t common = std::numeric_limits<std::size_t>::max();
+    for (const auto& [name, r] : all)
+        common = std::min(common, r.convergence.size() - 2);
+    const auto& ups = all.at("ups");
+    const bool has_common = ups.convergence.size() > 1 && common < ups.convergence.size();
+    std::printf("  %-6s %10s  %-17s %8s  %14s %8s  %12s\n", "", "RMS error", "  of single runs", "ups = 1",
+                "equal samples", "ups = 1", "samples/min");
+    for (const auto& name : names) {
+        const result& r = all.at(name);
+        const double equal = has_common ? rms_at_equal_samples(r, common) : 0,
+                     ups_equal = has_common ? rms_at_equal_samples(ups, common) : 1;
+        std::printf("  %-6s %10.5f  %.5f - %.5f %8.2f  %14.5f %8.2f  %12.1f\n", name.c_str(), r.rms, r.least,
+                    r.most, r.rms / ups.rms, equal, equal / ups_equal,
+                    60 * r.convergence.back().passes / r.convergence.back().seconds);
+    }
+}
+
+void write_images(const bpt::scene<real>& scene, const options& o, const results& all, const reference& r) {
+    const double exposure = static_cast<double>(scene.exposure);
+    std::vector<bpt::labelled_image> images{{"reference", r.mean, exposure}};
+    for (const auto& name : names)
+        images.push_back({name, mean_image(all.at(name).sum), exposure});
+    bpt::write_sheet(o.output + "/cornell-" + scene.name + ".png", images, 3, 3);
+
+    const parts& ups = all.at("ups").sum;
+    const double scale = exposure / ups.passes;
+    bpt::image share = ups.merged;
+    for (std::size_t i = 0; i < ups.pixels(); ++i) {
+        const glm::dvec3 ones(1);
+        const double merged = dot(ups.merged.pixels[i], ones), rest = dot(ups.connected.pixels[i], ones);
+        share.pixels[i] = bpt::false_color(merged > 0 ? merged / (merged + rest) : 0);
+    }
+    bpt::write_sheet(o.output + "/cornell-" + scene.name + "-shares.png",
+                     {{"connections", ups.connected, scale},
+                      {"merges", ups.merged, scale},
+                      {"both", mean_image(ups), exposure},
+                      {"share of merges", share, 1}},
+                     4, 3);
+}
+
+results compare(const std::string& scene_name, const options& o, csv_file& csv) {
+    const auto scene = bpt::make_scene<real>(scene_name);
+    const reference r = render_reference(scene, o);
+    results all;
+    for (const auto& name : names) {
+        all.emplace(name, measure_all(scene, o, name, r));
+        for (const point& p : all.at(name).convergence)
+            csv.add(text("%s,%s,%d,%g,%g", scene_name.c_str(), name.c_str(), p.passes, p.seconds,
+                         std::sqrt(p.squared_error)));
+    }
+    show_progress("");
+    std::printf("%s: %.3g s of processor time for each of %d runs; the reference's own RMS error is %.5f\n",
+                scene_name.c_str(), o.seconds, o.runs, std::sqrt(r.noise));
+    print_table(all);
+    write_images(scene, o, all, r);
+    return all;
+}
+
+bool run(const options& o) {
+    csv_file csv(o.output, "cornell.csv", "scene,algorithm,passes,seconds,rms_error");
+    const auto over_ups = [](const results& all, const char* name) {
+        return all.at(name).rms / all.at("ups").rms;
+    };
+    const results caustic = compare("caustic", o, csv);
+    const double bpt_caustic = over_ups(caustic, "bpt"), ppm_caustic = over_ups(caustic, "ppm");
+    bool good = report(bpt_caustic >= 4,
+                       text("bpt has %.2f times the error of ups (bar: 4; [H]: 5.95)", bpt_caustic));
+    good &= report(ppm_caustic >= 4,
+                   text("ppm has %.2f times the error of ups (bar: 4; [H]: 5.78)", ppm_caustic));
+    const results diffuse = compare("diffuse", o, csv);
+    const double ups_diffuse = 1 / over_ups(diffuse, "bpt");
+    good &= report(ups_diffuse <= 1.3, text("ups has %.2f times the error of bpt (bar: 1.3)", ups_diffuse));
+    return good || o.report_only;
+}
+
+} // namespace
+
+int main(int count, char** arguments) {
+    CLI::App app{std::string("Bidirectional path tracing, photon mapping and unified path sampling at equal "
+                             "time; writes cornell.csv and images.\n") +
+                 exit_statuses};
+    options o;
+    app.add_option("--output", o.output, "folder to write to")->capture_default_str();
+    app.add_option("--size", o.size, "width and height in pixels")
+        ->check(CLI::Range(8, 512))
+        ->capture_default_str();
+    app.add_option("--seconds", o.seconds, "processor time of each run")
+        ->check(CLI::Range(1e-3, 1e6))
+        ->capture_default_str();
+    app.add_option("--runs", o.runs, "of each algorithm")->check(CLI::Range(1, 1000))->capture_default_str();
+    app.add_option("--reference-seconds", o.reference_seconds, "processor time of a scene's reference")
+        ->check(CLI::Range(1e-3, 1e6))
+        ->capture_default_str();
+    app.add_option("--radius", o.radius, "within which walks merge in pass 1; 1 is the scene's radius")
+        ->check(CLI::Range(1e-6, 1.0))
+        ->capture_default_str();
+    app.add_option("--threads", o.threads, "threads")->check(CLI::Range(1, 1024))->capture_default_str();
+    app.add_option("--seed", o.seed, "of the first run")->capture_default_str();
+    app.add_flag("--report-only", o.report_only,
+                 "a missed bar is no failure: for times too short to meet it");
+    return run_study(app, count, arguments, [&] { return run(o); });
+}

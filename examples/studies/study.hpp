@@ -1,0 +1,81 @@
+// What all studies share: the command line, a table, progress, and checks that pass or fail.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdarg>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <unistd.h>
+
+namespace studies {
+
+constexpr const char* exit_statuses = "Exit status: 0 all checks pass, 1 some do not, 2 bad input.";
+
+// Parses the command line and runs the study; run() tells whether all checks pass. Returns the exit status;
+// what goes wrong is one line.
+template <class Run> int run_study(CLI::App& app, int count, char** arguments, Run&& run) {
+    try {
+        app.parse(count, arguments);
+        return run() ? 0 : 1;
+    } catch (const CLI::CallForHelp& help) {
+        return app.exit(help);
+    } catch (const std::exception& error) {
+        const std::string program = std::filesystem::path(arguments[0]).filename().string();
+        std::fprintf(stderr, "%s: %s\n", program.c_str(), error.what());
+        return 2;
+    }
+}
+
+// A CSV file in a folder that is made where it is missing. Lines are written as they come, so that nothing
+// computed is lost.
+class csv_file {
+public:
+    csv_file(const std::string& folder, const std::string& name, const std::string& heading)
+        : file(folder + "/" + name) {
+        std::error_code failure; // shows in what follows
+        std::filesystem::create_directories(folder, failure);
+        out.open(file);
+        add(heading);
+    }
+    void add(const std::string& line) {
+        if (!(out << line << std::endl))
+            throw std::runtime_error("'" + file + "' cannot be written");
+    }
+
+private:
+    std::string file;
+    std::ofstream out;
+};
+
+// printf into a string.
+[[gnu::format(printf, 1, 2)]] inline std::string text(const char* format, ...) {
+    char buffer[512];
+    va_list arguments;
+    va_start(arguments, format);
+    std::vsnprintf(buffer, sizeof buffer, format, arguments);
+    va_end(arguments);
+    return buffer;
+}
+
+// One line on a terminal, that the next one overwrites; empty: no line.
+inline void show_progress(const std::string& line) {
+    if (isatty(STDERR_FILENO))
+        std::fprintf(stderr, "\r\033[K%s", line.c_str());
+}
+
+// Prints a check and returns whether it is good.
+inline bool report(bool good, const std::string& what) {
+    show_progress("");
+    std::printf("  %-4s  %s\n", good ? "pass" : "FAIL", what.c_str());
+    return good;
+}
+// Prints what is worth knowing, but no check.
+inline void note(const std::string& what) {
+    show_progress("");
+    std::printf("  note  %s\n", what.c_str());
+}
+
+} // namespace studies
