@@ -165,17 +165,13 @@ struct convergence {
 
 convergence convergence_of(const std::vector<run_result>& runs, const std::vector<int>& due) {
     convergence c;
-    real x_sum = 0, y_sum = 0, xx = 0, xy = 0;
     for (std::size_t i = 0; i < due.size(); ++i) {
         real squares = 0;
         for (const auto& run : runs)
             squares += run.squared_errors[i] / static_cast<real>(runs.size());
         c.rms.push_back(std::sqrt(squares));
-        const real x = std::log(static_cast<real>(due[i])), y = std::log(c.rms.back());
-        x_sum += x, y_sum += y, xx += x * x, xy += x * y;
     }
-    const real count = static_cast<real>(due.size());
-    c.slope = (count * xy - x_sum * y_sum) / (count * xx - x_sum * x_sum);
+    c.slope = log_log_slope(due, c.rms);
     return c;
 }
 

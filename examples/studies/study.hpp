@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <cstdarg>
 #include <cstdio>
 #include <filesystem>
@@ -9,6 +10,7 @@
 #include <stdexcept>
 #include <string>
 #include <unistd.h>
+#include <vector>
 
 namespace studies {
 
@@ -58,6 +60,17 @@ private:
     std::vsnprintf(buffer, sizeof buffer, format, arguments);
     va_end(arguments);
     return buffer;
+}
+
+// Slope of the line through the logarithms of some points, by least squares.
+template <class X, class Y> double log_log_slope(const std::vector<X>& x, const std::vector<Y>& y) {
+    double x_sum = 0, y_sum = 0, xx = 0, xy = 0;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+        const double a = std::log(static_cast<double>(x[i])), b = std::log(static_cast<double>(y[i]));
+        x_sum += a, y_sum += b, xx += a * a, xy += a * b;
+    }
+    const double count = static_cast<double>(x.size());
+    return (count * xy - x_sum * y_sum) / (count * xx - x_sum * x_sum);
 }
 
 // One line on a terminal, that the next one overwrites; empty: no line.
