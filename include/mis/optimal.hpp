@@ -18,7 +18,7 @@
 // by Cauchy and Schwarz.
 #pragma once
 
-#include <Eigen/Dense>
+#include <Eigen/Eigenvalues>
 #include <array>
 #include <cmath>
 #include <mis/optimal_estimator.hpp>
@@ -27,22 +27,31 @@ namespace mis::optimal {
 
 namespace detail {
 
-template <int M, class W> using square = Eigen::Matrix<W, M, M, Eigen::RowMajor>;
-template <int M, class W> using column = Eigen::Matrix<W, M, 1>;
+// N numbers to work with, not initialized.
+template <int N, class W> struct scratch {
+    W number[N];
+
+    explicit scratch(int) {}
+    W* data() { return &number[0]; }
+};
+template <class W> struct scratch<dynamic, W> {
+    std::vector<W> number;
+
+    explicit scratch(int n) : number(static_cast<std::size_t>(n)) {}
+    W* data() { return number.data(); }
+};
 
 template <int M, class W> struct rows { using type = std::array<W, static_cast<std::size_t>(M)>; };
 template <class W> struct rows<dynamic, W> { using type = std::vector<W>; };
 
-// The matrix of sum u_i u_k, its lower triangle: techniques i and i + d in diagonal d below the main one,
-// those around the end in diagonal m - d.
-template <int M, int Channels, class T, class W>
-void copy_lower(const estimator<M, Channels, T>& e, square<M, W>& a) {
+// The matrix of sum u_i u_k, its lower triangle, by rows: techniques i and i + d are d below the diagonal,
+// those around the end m - d.
+template <int M, int Channels, class T, class W> void copy_lower(const estimator<M, Channels, T>& e, W* a) {
     const int m = e.size();
     const W* from = &e.products[0];
     const auto copy_diagonal = [&](int d, int count) {
-        W* const to = a.data();
         for (int i = 0, at = d * m; i < count; ++i, at += m + 1)
-            to[at] = from[i];
+            a[at] = from[i];
         from += count;
     };
     for (int d = 0; 2 * d < m; ++d) {
@@ -54,30 +63,37 @@ void copy_lower(const estimator<M, Channels, T>& e, square<M, W>& a) {
         copy_diagonal(m / 2, m / 2);
 }
 
-// Whether a technique takes part: not if its count is 0, or all its weights were 0 or so small that their
+// Whether a technique takes part: not if its count is 0, or if all its weights were 0 or so small that their
 // squares are not accurate.
 template <class W, class N> bool takes_part(W diagonal, N count) {
     return count > N(0) && diagonal > std::numeric_limits<W>::min() / std::numeric_limits<W>::epsilon();
 }
 
-// L D L^T of the matrix: L below the diagonal, and the reciprocals of D, 0 for techniques that do not take
-// part. It needs neither scaling nor pivots, since scaling leaves the fraction of a diagonal that is left
-// when earlier techniques are eliminated what it is. False if that fraction is so small that the matrix may
-// be singular.
+// The matrix as L D L^T.
+template <int M, class W> struct factors {
+    scratch<M == dynamic ? dynamic : M * M, W> lower; // L below the diagonal, by rows
+    scratch<M, W> inverse;                            // 1 / D, 0 for techniques that do not take part
+    int m;
+
+    explicit factors(int techniques) : lower(techniques * techniques), inverse(techniques), m(techniques) {}
+};
+
+// False if the matrix may be singular: if, of any technique's diagonal, almost nothing is left when those
+// before it are eliminated. What fraction is left does not depend on scale, so nothing needs to be scaled.
 template <int M, int Channels, class T, class Counts, class W>
-bool factorize(const estimator<M, Channels, T>& e, const Counts& counts, square<M, W>& l,
-               column<M, W>& inverse) {
+bool factorize(const estimator<M, Channels, T>& e, const Counts& counts, factors<M, W>& a) {
     const int m = e.size();
-    copy_lower(e, l);
+    W *const lower = a.lower.data(), *const inverse = a.inverse.data();
+    copy_lower(e, lower);
     for (int i = 0; i < m; ++i) {
-        W* const row = &l(i, 0);
+        W* const row = lower + i * m;
         const W diagonal = row[i];
         inverse[i] = W(0);
         if (!takes_part(diagonal, counts[i]))
             continue;
         int j = 0;
         for (; j + 1 < i; j += 2) { // two at a time, which share their loads
-            const W *const other = &l(j, 0), *const next = &l(j + 1, 0);
+            const W *const other = lower + j * m, *const next = other + m;
             W x = row[j], y = row[j + 1];
             for (int k = 0; k < j; ++k) {
                 x -= row[k] * other[k];
@@ -88,7 +104,7 @@ bool factorize(const estimator<M, Channels, T>& e, const Counts& counts, square<
         }
         if (j < i)
             for (int k = 0; k < j; ++k)
-                row[j] -= row[k] * l(j, k);
+                row[j] -= row[k] * lower[j * m + k];
         W left = diagonal;
         for (j = 0; j < i; ++j) {
             const W x = row[j] * inverse[j];
@@ -102,99 +118,150 @@ bool factorize(const estimator<M, Channels, T>& e, const Counts& counts, square<
     return true;
 }
 
-// Solves in place with what factorize has made.
-template <int M, class W>
-void substitute(const square<M, W>& l, const column<M, W>& inverse, column<M, W>& x) {
-    const int m = static_cast<int>(x.size());
+// Solves in place.
+template <int M, class W> void substitute(factors<M, W>& a, W* x) {
+    const int m = a.m;
+    const W *const lower = a.lower.data(), *const inverse = a.inverse.data();
     for (int i = 1; i < m; ++i) {
-        const W* const row = &l(i, 0);
         W sum = x[i];
         for (int k = 0; k < i; ++k)
-            sum -= row[k] * x[k];
+            sum -= lower[i * m + k] * x[k];
         x[i] = sum;
     }
     for (int i = 0; i < m; ++i)
         x[i] *= inverse[i];
     for (int i = m - 1; i > 0; --i) {
-        const W* const row = &l(i, 0);
         const W known = x[i];
         for (int k = 0; k < i; ++k)
-            x[k] -= row[k] * known;
+            x[k] -= lower[i * m + k] * known;
     }
 }
 
-template <int M, class W> struct general_solution {
-    square<M, W> alpha; // alpha = this times the vector of sum (f / D) u_k
+// Matrices for singular systems: of one type for all small M, so that Eigen is compiled once for them and
+// nothing is allocated.
+template <int M> constexpr int most = M == dynamic ? Eigen::Dynamic : M <= 16 ? 16 : M;
+template <int Most, class W>
+using general_matrix = Eigen::Matrix<W, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, Most, Most>;
+template <int Most, class W>
+using general_vector = Eigen::Matrix<W, Eigen::Dynamic, 1, Eigen::ColMajor, Most, 1>;
+
+template <int Most, class W> struct general_solution {
+    general_matrix<Most, W> alpha; // by the vector of sum (f / D) u_k it gives alpha
     int rank;
 };
 
-// The solution of minimum norm for a matrix that may be singular. With S such that S A' S has a diagonal of 1
-// and N = diag(n), alpha = P N S (S A' S)^+ S b', where P projects onto what is orthogonal to those alpha
-// that change no density: minimum norm in the scale of alpha, rank in the scale in which noise is alike.
-template <int M, int Channels, class T, class Counts>
-general_solution<M, typename estimator<M, Channels, T>::number>
-solve_in_general(const estimator<M, Channels, T>& e, const Counts& counts) {
-    using W = typename estimator<M, Channels, T>::number;
-    const int m = e.size();
-    square<M, W> a(m, m);
-    copy_lower(e, a);
-    column<M, W> scale(m), alpha_scale(m);
+// Makes the first `count` columns orthonormal, by Gram and Schmidt, each done twice: enough for any columns
+// that are independent beyond rounding.
+template <int Most, class W> void orthonormalize(general_matrix<Most, W>& a, int count) {
+    for (int j = 0; j < count; ++j)
+        for (int repeat = 0; repeat < 2; ++repeat) {
+            for (int k = 0; k < j; ++k) {
+                W shared = W(0);
+                for (int i = 0; i < a.rows(); ++i)
+                    shared += a(i, k) * a(i, j);
+                for (int i = 0; i < a.rows(); ++i)
+                    a(i, j) -= shared * a(i, k);
+            }
+            W square = W(0);
+            for (int i = 0; i < a.rows(); ++i)
+                square += a(i, j) * a(i, j);
+            const W length = std::sqrt(square);
+            for (int i = 0; i < a.rows(); ++i)
+                a(i, j) /= length;
+        }
+}
+
+// The solution of minimum norm of a matrix A' (lower triangle) that may be singular. With S such that S A' S
+// has the diagonal 1, and N = diag(n), it is P N S (S A' S)^+ S b', where P projects onto what is orthogonal
+// to all alpha that change no density: the norm is that of alpha, but the rank is judged where noise is
+// alike.
+template <int Most, class W>
+general_solution<Most, W> solve_in_general(general_matrix<Most, W> a, const general_vector<Most, W>& counts,
+                                           W draws) {
+    const int m = static_cast<int>(a.rows());
+    general_vector<Most, W> scale(m), alpha_scale(m);
     for (int i = 0; i < m; ++i) {
         const bool used = takes_part(a(i, i), counts[i]);
         scale[i] = used ? W(1) / std::sqrt(a(i, i)) : W(0);
-        alpha_scale[i] = used ? static_cast<W>(counts[i]) * scale[i] : W(1);
+        alpha_scale[i] = used ? counts[i] * scale[i] : W(1);
     }
     for (int i = 0; i < m; ++i)
         for (int k = 0; k <= i; ++k)
             a(i, k) *= scale[i] * scale[k];
 
-    const Eigen::SelfAdjointEigenSolver<square<M, W>> eigen(a);
-    const W noise = W(8) * std::numeric_limits<W>::epsilon() * (W(m) + std::sqrt(draws(e)));
-    int nullity = 0; // eigenvalues ascend
-    while (nullity < m && !(eigen.eigenvalues()[nullity] > noise))
+    const Eigen::SelfAdjointEigenSolver<general_matrix<Most, W>> eigen(a);
+    const auto& values = eigen.eigenvalues(); // ascending
+    general_matrix<Most, W> vectors = eigen.eigenvectors();
+    const W noise = W(8) * std::numeric_limits<W>::epsilon() * (W(m) + std::sqrt(draws));
+    int nullity = 0;
+    while (nullity < m && !(values[nullity] > noise))
         ++nullity;
-    const int rank = m - nullity;
-    const auto range = eigen.eigenvectors().rightCols(rank);
-    square<M, W> alpha = alpha_scale.asDiagonal() * range *
-                         eigen.eigenvalues().tail(rank).cwiseInverse().asDiagonal() * range.transpose() *
-                         scale.asDiagonal();
-    if (nullity > 0) {
-        using basis = Eigen::Matrix<W, M, Eigen::Dynamic, Eigen::ColMajor, M, M>;
-        const basis free = alpha_scale.asDiagonal() * eigen.eigenvectors().leftCols(nullity);
-        const basis q = Eigen::ColPivHouseholderQR<basis>(free).householderQ() * basis::Identity(m, nullity);
-        alpha -= (q * (q.transpose() * alpha)).eval();
-    }
-    return {alpha, rank};
+
+    general_solution<Most, W> result{general_matrix<Most, W>(m, m), m - nullity};
+    general_matrix<Most, W>& alpha = result.alpha;
+    for (int i = 0; i < m; ++i)
+        for (int k = 0; k < m; ++k) {
+            vectors(i, k) *= alpha_scale[i];
+            alpha(i, k) = W(0);
+        }
+    for (int i = 0; i < m; ++i)
+        for (int k = 0; k < m; ++k)
+            for (int j = nullity; j < m; ++j)
+                alpha(i, k) += vectors(i, j) / values[j] * eigen.eigenvectors()(k, j) * scale[k];
+    orthonormalize<Most, W>(vectors, nullity);
+    for (int j = 0; j < nullity; ++j)
+        for (int k = 0; k < m; ++k) {
+            W shared = W(0);
+            for (int i = 0; i < m; ++i)
+                shared += vectors(i, j) * alpha(i, k);
+            for (int i = 0; i < m; ++i)
+                alpha(i, k) -= shared * vectors(i, j);
+        }
+    return result;
 }
 
-// alpha_k of all channels, and the rank of the matrix.
-template <int M, int Channels, class T, class Counts, class Alpha>
-int solve(const estimator<M, Channels, T>& e, const Counts& counts, const Alpha& alpha) {
+template <int M, int Channels, class T, class Counts>
+general_solution<most<M>, typename estimator<M, Channels, T>::number>
+solve_in_general(const estimator<M, Channels, T>& e, const Counts& counts) {
     using W = typename estimator<M, Channels, T>::number;
     const int m = e.size();
-    square<M, W> l(m, m);
-    column<M, W> inverse(m), x(m);
-    if (factorize(e, counts, l, inverse)) {
+    general_matrix<most<M>, W> a(m, m);
+    general_vector<most<M>, W> n(m);
+    copy_lower(e, a.data());
+    for (int k = 0; k < m; ++k)
+        n[k] = static_cast<W>(counts[k]);
+    return solve_in_general<most<M>, W>(a, n, draws(e));
+}
+
+// Calls set(channel, k, alpha_k) for all of them. Returns the rank of the matrix.
+template <int M, int Channels, class T, class Counts, class Set>
+int solve(const estimator<M, Channels, T>& e, const Counts& counts, const Set& set) {
+    using W = typename estimator<M, Channels, T>::number;
+    const int m = e.size();
+    factors<M, W> a(m);
+    if (factorize(e, counts, a)) {
+        scratch<M, W> solution(m);
+        W* const x = solution.data();
         int rank = 0;
         for (int k = 0; k < m; ++k)
-            rank += inverse[k] > W(0);
+            rank += a.inverse.data()[k] > W(0);
         for (int c = 0; c < Channels; ++c) {
             for (int k = 0; k < m; ++k)
                 x[k] = e.values[c * m + k];
-            substitute(l, inverse, x);
+            substitute(a, x);
             for (int k = 0; k < m; ++k)
-                alpha(c, k, static_cast<W>(counts[k]) * x[k]);
+                set(c, k, static_cast<W>(counts[k]) * x[k]);
         }
         return rank;
     }
     const auto general = solve_in_general(e, counts);
-    for (int c = 0; c < Channels; ++c) {
-        for (int k = 0; k < m; ++k)
-            x[k] = e.values[c * m + k];
-        const column<M, W> solution = general.alpha * x;
-        for (int k = 0; k < m; ++k)
-            alpha(c, k, solution[k]);
-    }
+    for (int c = 0; c < Channels; ++c)
+        for (int i = 0; i < m; ++i) {
+            W alpha = W(0);
+            for (int k = 0; k < m; ++k)
+                alpha += general.alpha(i, k) * e.values[c * m + k];
+            set(c, i, alpha);
+        }
     return general.rank;
 }
 
@@ -207,14 +274,20 @@ std::array<T, static_cast<std::size_t>(Channels)> integral(const estimator<M, Ch
                                                            const Counts& counts) {
     using W = typename estimator<M, Channels, T>::number;
     const int m = e.size();
-    detail::square<M, W> l(m, m);
-    detail::column<M, W> inverse(m), y(m);
-    if (detail::factorize(e, counts, l, inverse)) {
+    detail::scratch<M, W> solution(m);
+    W* const y = solution.data();
+    detail::factors<M, W> a(m);
+    if (detail::factorize(e, counts, a)) {
         for (int k = 0; k < m; ++k)
             y[k] = static_cast<W>(counts[k]);
-        detail::substitute(l, inverse, y);
+        detail::substitute(a, y);
     } else {
-        y = detail::solve_in_general(e, counts).alpha.colwise().sum().transpose();
+        const auto general = detail::solve_in_general(e, counts);
+        for (int k = 0; k < m; ++k) {
+            y[k] = W(0);
+            for (int i = 0; i < m; ++i)
+                y[k] += general.alpha(i, k);
+        }
     }
     std::array<T, static_cast<std::size_t>(Channels)> result;
     for (int c = 0; c < Channels; ++c) {

@@ -116,6 +116,12 @@ MIS_HOST_DEVICE bool weigh_extreme(const F& f, const Densities& densities, int m
     return true;
 }
 
+// Where reciprocals are normal numbers, with room for rounding.
+template <class W> struct reciprocal {
+    static constexpr W largest = std::numeric_limits<W>::max() * std::numeric_limits<W>::epsilon();
+    static constexpr W least = W(1) / largest;
+};
+
 // Weighs any sample.
 template <int Channels, class W, class F, class Densities>
 MIS_DETAIL_INLINE bool weigh(const F& f, const Densities& densities, int m, W* u, W* value) {
@@ -123,9 +129,7 @@ MIS_DETAIL_INLINE bool weigh(const F& f, const Densities& densities, int m, W* u
     MIS_DETAIL_UNROLL
     for (int k = 1; k < m; ++k)
         sum += u[k] = static_cast<W>(densities[k]);
-    // Where the reciprocal is a normal number; false for NaN.
-    constexpr W high = mis::detail::limits<W>::largest * std::numeric_limits<W>::epsilon(), low = W(1) / high;
-    if (!(sum > low && sum < high))
+    if (!(sum > reciprocal<W>::least && sum < reciprocal<W>::largest)) // also for NaN
         return weigh_extreme<Channels>(f, densities, m, u, value);
     const W inverse = W(1) / sum;
     MIS_DETAIL_UNROLL
@@ -164,12 +168,18 @@ template <int M, int Channels = 3, class T = double> struct alignas(16) estimato
     number squares[Channels] = {};                              // sum (f / D)^2
 
     estimator() = default;
+#ifdef __CUDACC__ // for M = dynamic, on the host
+#pragma nv_exec_check_disable
+#endif
     MIS_HOST_DEVICE explicit estimator(int techniques)
         : values(Channels * techniques), products(detail::pair_count(techniques)) {
         assert(M == dynamic ? techniques >= 1 : M == techniques);
     }
 
     // m, the number of techniques.
+#ifdef __CUDACC__
+#pragma nv_exec_check_disable
+#endif
     MIS_HOST_DEVICE int size() const {
         if constexpr (M == dynamic)
             return static_cast<int>(values.number.size()) / Channels;
@@ -282,6 +292,9 @@ template <int M, int Channels = 3, class T = double> struct alignas(16) progress
     bool open = false;              // whether anything has been added since the last batch was closed
 
     progressive() = default;
+#ifdef __CUDACC__
+#pragma nv_exec_check_disable
+#endif
     MIS_HOST_DEVICE explicit progressive(int techniques) : sums(techniques), control(Channels * techniques) {}
 
     MIS_HOST_DEVICE int size() const { return sums.size(); }
