@@ -43,7 +43,7 @@
 
 namespace mis::optimal {
 
-// In the place of a number of techniques that is known at run time only.
+// In the place of a number of techniques that is known at run time only. For the host: nvcc warns of it.
 constexpr int dynamic = -1;
 
 namespace detail {
@@ -62,6 +62,7 @@ template <class W> struct numbers<dynamic, W> {
 
     numbers() = default;
     explicit numbers(int n) : number(static_cast<std::size_t>(n)) {}
+    int size() const { return static_cast<int>(number.size()); }
     W& operator[](int i) { return number[static_cast<std::size_t>(i)]; }
     const W& operator[](int i) const { return number[static_cast<std::size_t>(i)]; }
 };
@@ -168,21 +169,15 @@ template <int M, int Channels = 3, class T = double> struct alignas(16) estimato
     number squares[Channels] = {};                              // sum (f / D)^2
 
     estimator() = default;
-#ifdef __CUDACC__ // for M = dynamic, on the host
-#pragma nv_exec_check_disable
-#endif
     MIS_HOST_DEVICE explicit estimator(int techniques)
         : values(Channels * techniques), products(detail::pair_count(techniques)) {
         assert(M == dynamic ? techniques >= 1 : M == techniques);
     }
 
     // m, the number of techniques.
-#ifdef __CUDACC__
-#pragma nv_exec_check_disable
-#endif
     MIS_HOST_DEVICE int size() const {
         if constexpr (M == dynamic)
-            return static_cast<int>(values.number.size()) / Channels;
+            return values.size() / Channels;
         else
             return M;
     }
@@ -292,9 +287,6 @@ template <int M, int Channels = 3, class T = double> struct alignas(16) progress
     bool open = false;              // whether anything has been added since the last batch was closed
 
     progressive() = default;
-#ifdef __CUDACC__
-#pragma nv_exec_check_disable
-#endif
     MIS_HOST_DEVICE explicit progressive(int techniques) : sums(techniques), control(Channels * techniques) {}
 
     MIS_HOST_DEVICE int size() const { return sums.size(); }
