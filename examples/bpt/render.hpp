@@ -26,13 +26,15 @@ template <class Real> struct settings {
     bool merges_once = false;           // each camera walk ends where it can first be merged
     bool random_connection = false;
     bool check_weights = true;
-    int dump_paths = 0; // a random choice of them, per image row and pass
+    int dump_paths = 0;       // a random choice of them, per image row and pass
+    bool balance_all = false; // keep the balance weights of all techniques with each contribution
 };
 
 // What one row of one pass has made. Rows are merged in their order, so that results do not depend on
 // threads.
 template <class Real> struct row_result {
     std::vector<contribution<Real>> contributions;
+    std::vector<balanced_sample> samples; // of settings::balance_all: one for each contribution
     weight_checks checks;
     std::vector<std::string> dump;
 };
@@ -104,7 +106,8 @@ template <class Real> struct renderer {
 
     // Whether somebody looks at the whole path of a merge: at more than the recursion's two numbers.
     bool wants_complete_merges() const {
-        return set.check_weights || set.dump_paths > 0 || set.mistakes.any() || takes_whole_path(weigh);
+        return set.check_weights || set.balance_all || set.dump_paths > 0 || set.mistakes.any() ||
+               takes_whole_path(weigh);
     }
 
     // The light walk of a pixel where walks merge, by a generator that the camera walks do not use: the same
@@ -224,6 +227,8 @@ template <class Real> struct renderer {
         pcg32 chance = generator(static_cast<std::uint64_t>(pass), ~static_cast<std::uint64_t>(row));
         const auto keep = [&](const contribution<Real>& c, const complete_path<Real>& path) {
             result.contributions.push_back(c);
+            if (set.balance_all)
+                result.samples.push_back(balance(weigh, c, path));
             if (set.check_weights)
                 check_weight(scene, weigh, mean_light_vertices, set.merge_radius, set.width, path,
                              c.technique, c.right_weight, result.checks);

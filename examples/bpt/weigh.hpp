@@ -4,6 +4,7 @@
 #pragma once
 
 #include "connect.hpp"
+#include <array>
 #include <climits>
 #include <cstdint>
 
@@ -101,6 +102,25 @@ inline mis::technique_counts<double> in_double(const mis::technique_counts<doubl
 inline mis::technique_counts<double> in_double(const mis::technique_counts<float>& c) {
     return {c.light_hit,  c.next_event, c.connection,          c.camera_connection, c.direct,
             c.camera_hit, c.merge,      c.max_camera_vertices, c.max_light_vertices};
+}
+
+// A contribution by balance, and the balance weights of all techniques that could have made its path.
+struct balanced_sample {
+    int pixel, vertices, technique; // its place, as in mis::technique_at
+    glm::dvec3 value;               // times its balance weight
+    std::array<double, mis::technique_count(longest_path)> weights;
+};
+
+template <class Real>
+balanced_sample balance(const weights<Real>& weigh, const contribution<Real>& c,
+                        const complete_path<Real>& path) {
+    balanced_sample s{
+        c.pixel, path.size, mis::technique_index(path.size, c.technique), glm::dvec3(c.value), {}};
+    mis::measured_vertex<double> records[longest_path];
+    records_of(path, records);
+    mis::weights(mis::balance, in_double(counts_for(weigh, path)), records, path.size, s.weights.data());
+    s.value *= s.weights[static_cast<std::size_t>(s.technique)];
+    return s;
 }
 
 // ---- The throughputs of all techniques, each from walking the path anew ----

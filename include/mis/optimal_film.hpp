@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: MIT
+// Floor 5: an image of estimators of optimal.hpp: one for each pixel, or for each tile of pixels. Needs
+// Eigen.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <istream>
+#include <mis/optimal.hpp>
+#include <ostream>
+#include <string>
+#include <thread>
+
+namespace mis::optimal {
+
+// width x height estimators in one block, row by row, and the numbers of samples a pass that all of them have
+// in common. Add samples to any pixel; threads and ranks add to films, or tiles, of their own, merged in any
+// order.
+template <int M, int Channels = 3, class T = double> struct film {
+    static_assert(M != dynamic, "estimators of a number of techniques known at run time lie on the heap");
+    using estimator_type = estimator<M, Channels, T>;
+
+    int width = 0, height = 0;
+    std::array<double, static_cast<std::size_t>(M)> counts{};
+    std::vector<estimator_type> pixels;
+
+    film() = default;
+    film(int columns, int rows, const std::array<double, static_cast<std::size_t>(M)>& samples)
+        : width(columns), height(rows), counts(samples),
+          pixels(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows)) {}
+
+    estimator_type& at(int x, int y) {
+        assert(x >= 0 && x < width && y >= 0 && y < height);
+        return pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                      static_cast<std::size_t>(x)];
+    }
+    const estimator_type& at(int x, int y) const { return const_cast<film*>(this)->at(x, y); }
+};
+
+// Adds a tile whose first pixel is (x, y) of the film, or a whole film at (0, 0). It must lie within the film
+// and have the same counts.
+template <int M, int Channels, class T>
+void merge(film<M, Channels, T>& to, const film<M, Channels, T>& tile, int x = 0, int y = 0) {
+    assert(tile.counts == to.counts);
+    for (int row = 0; row < tile.height; ++row)
+        for (int column = 0; column < tile.width; ++column)
+            to.at(x + column, y + row) += tile.at(column, row);
+}
+
+// Calls visit(i) for all pixels i of the film, row by row or, with several threads, in any order. 0 threads:
+// one for each processor.
+template <int M, int Channels, class T, class Visit>
+void for_each_pixel(const film<M, Channels, T>& f, int threads, const Visit& visit) {
+    constexpr std::size_t block = 64;
+    std::atomic<std::size_t> next{0};
+    const auto work = [&] {
+        for (std::size_t first; (first = next.fetch_add(block)) < f.pixels.size();)
+            for (std::size_t i = first; i < first + block && i < f.pixels.size(); ++i)
+                visit(i);
+    };
+    const unsigned most = threads > 0 ? static_cast<unsigned>(threads) : std::thread::hardware_concurrency();
+    std::vector<std::thread> others;
+    for (unsigned k = 1; k < most; ++k)
+        others.emplace_back(work);
+    work();
+    for (auto& thread : others)
+        thread.join();
+}
+
+// The direct estimate of every pixel, per channel, row by row. The same for any number of threads.
+template <int M, int Channels, class T>
+std::vector<std::array<T, static_cast<std::size_t>(Channels)>> integrals(const film<M, Channels, T>& f,
+                                                                         int threads = 0) {
+    std::vector<std::array<T, static_cast<std::size_t>(Channels)>> result(f.pixels.size());
+    for_each_pixel(f, threads, [&](std::size_t i) { result[i] = integral(f.pixels[i], f.counts); });
+    return result;
+}
+
+namespace detail {
+
+// Calls visit(pointer, size in bytes) for all arrays of numbers that a film consists of.
+template <class Film, class Visit> void for_each_array(Film& f, const Visit& visit) {
+    visit(&f.counts[0], sizeof f.counts);
+    for (auto& pixel : f.pixels) {
+        visit(&pixel.values[0], sizeof pixel.values);
+        visit(&pixel.products[0], sizeof pixel.products);
+        visit(&pixel.squares[0], sizeof pixel.squares);
+    }
+}
+
+// The first line of a saved film, and a number that reads differently where bytes are in another order.
+template <int M, int Channels, class T> std::string film_heading() {
+    using number = typename estimator<M, Channels, T>::number;
+    return "mis optimal film 1, techniques " + std::to_string(M) + ", channels " + std::to_string(Channels) +
+           ", bytes per number " + std::to_string(sizeof(number));
+}
+constexpr std::int32_t film_byte_order = 0x01020304;
+
+} // namespace detail
+
+// Writes a film, to be read by this type of film on machines of the same byte order. The stream must be
+// binary; whether it could be written is its state.
+template <int M, int Channels, class T> void save(std::ostream& out, const film<M, Channels, T>& f) {
+    out << detail::film_heading<M, Channels, T>() << '\n';
+    const std::int32_t start[] = {detail::film_byte_order, f.width, f.height};
+    const auto write = [&](const void* from, std::size_t size) {
+        out.write(static_cast<const char*>(from), static_cast<std::streamsize>(size));
+    };
+    write(&start[0], sizeof start);
+    detail::for_each_array(f, write);
+}
+
+// Reads a film that save has written, to go on with it. Returns an empty string, or what is wrong with the
+// stream; the film then stays as it was.
+template <int M, int Channels, class T> std::string load(std::istream& in, film<M, Channels, T>& f) {
+    std::string heading;
+    std::getline(in, heading);
+    if (heading != detail::film_heading<M, Channels, T>())
+        return "no film of this type: '" + heading.substr(0, 80) + "' in place of '" +
+               detail::film_heading<M, Channels, T>() + "'";
+    const auto read = [&](void* to, std::size_t size) {
+        in.read(static_cast<char*>(to), static_cast<std::streamsize>(size));
+    };
+    std::int32_t start[3] = {};
+    read(&start[0], sizeof start);
+    if (!in || start[0] != detail::film_byte_order)
+        return "a film of another byte order";
+    if (start[1] < 0 || start[2] < 0 || (start[2] > 0 && start[1] > (1 << 28) / start[2]))
+        return "a film of impossible size";
+    film<M, Channels, T> loaded(start[1], start[2], {});
+    detail::for_each_array(loaded, read);
+    if (!in)
+        return "the film is cut off";
+    f = std::move(loaded);
+    return {};
+}
+
+} // namespace mis::optimal
