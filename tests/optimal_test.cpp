@@ -584,12 +584,12 @@ TEST_CASE("densities of 0 and infinity, and the whole range") {
     CHECK(!p.open);
 #endif
     // float over its whole range
-    for (const float scale : {1e-38f, 1e-20f, 1.0f, 1e20f, 1e38f}) {
+    for (const float scale : {2e-38f, 1e-20f, 1.0f, 1e20f, 1e38f}) {
         const float q[] = {scale, 2 * scale, 0};
         CHECK(double(one_sample<float>(scale, q).first) == doctest::Approx(1.0 / 3).epsilon(1e-7));
     }
-    const float q[] = {1e-38f, 1e-38f, 0};
-    CHECK(double(one_sample<float>(1e38f, q).first) == doctest::Approx(0.5e76).epsilon(1e-6));
+    const float q[] = {2e-38f, 2e-38f, 0};
+    CHECK(double(one_sample<float>(1e38f, q).first) == doctest::Approx(0.25e76).epsilon(1e-6));
 }
 
 TEST_CASE("the whole range of densities at random: the estimate is finite, and no number is NaN") {
@@ -839,7 +839,7 @@ TEST_CASE("progressive written out: batches, their alpha, and the schedule") {
     generator g(16);
     const int counts[] = {2, 1, 3};
     for (const double growth : {1.0, 2.0, 3.0}) {
-        progressive<sampled> p, closed_form;
+        progressive<sampled> p;
         estimator<sampled> all;
         std::array<std::array<double, sampled>, 3> alpha{};
         real total[3] = {};
