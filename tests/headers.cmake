@@ -13,7 +13,7 @@ endforeach()
 set(headers_that_need_eigen mis/optimal.hpp)
 get_target_property(eigen_folders Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
 foreach(header IN LISTS headers_that_need_eigen)
-    set_source_files_properties(${folder}/${header}.cpp PROPERTIES COMPILE_OPTIONS "SHELL:-isystem ${eigen_folders}")
+    set_source_files_properties(${folder}/${header}.cpp PROPERTIES COMPILE_OPTIONS "-isystem;${eigen_folders}")
 endforeach()
 
 foreach(standard 17 20 23)

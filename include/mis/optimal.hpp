@@ -89,7 +89,7 @@ bool factorize(const estimator<M, Channels, T>& e, const Counts& counts, factors
         W* const row = lower + i * m;
         const W diagonal = row[i];
         inverse[i] = W(0);
-        if (!takes_part(diagonal, counts[i]))
+        if (!takes_part(diagonal, at(counts, i)))
             continue;
         int j = 0;
         for (; j + 1 < i; j += 2) { // two at a time, which share their loads
@@ -229,7 +229,7 @@ solve_in_general(const estimator<M, Channels, T>& e, const Counts& counts) {
     general_vector<most<M>, W> n(m);
     copy_lower(e, a.data());
     for (int k = 0; k < m; ++k)
-        n[k] = static_cast<W>(counts[k]);
+        n[k] = static_cast<W>(at(counts, k));
     return solve_in_general<most<M>, W>(a, n, draws(e));
 }
 
@@ -250,7 +250,7 @@ int solve(const estimator<M, Channels, T>& e, const Counts& counts, const Set& s
                 x[k] = e.values[c * m + k];
             substitute(a, x);
             for (int k = 0; k < m; ++k)
-                set(c, k, static_cast<W>(counts[k]) * x[k]);
+                set(c, k, static_cast<W>(at(counts, k)) * x[k]);
         }
         return rank;
     }
@@ -279,7 +279,7 @@ std::array<T, static_cast<std::size_t>(Channels)> integral(const estimator<M, Ch
     detail::factors<M, W> a(m);
     if (detail::factorize(e, counts, a)) {
         for (int k = 0; k < m; ++k)
-            y[k] = static_cast<W>(counts[k]);
+            y[k] = static_cast<W>(detail::at(counts, k));
         detail::substitute(a, y);
     } else {
         const auto general = detail::solve_in_general(e, counts);
@@ -329,9 +329,9 @@ std::array<T, static_cast<std::size_t>(Channels)> variance(const estimator<M, Ch
     for (int c = 0; c < Channels; ++c)
         residual[c] = e.squares[c];
     for (int k = 0; k < m; ++k)
-        per_pass += static_cast<W>(counts[k]);
+        per_pass += static_cast<W>(detail::at(counts, k));
     const int rank = detail::solve(e, counts, [&](int c, int k, W alpha) {
-        const W n = static_cast<W>(counts[k]);
+        const W n = static_cast<W>(detail::at(counts, k));
         if (n > W(0))
             residual[c] -= alpha / n * e.values[c * m + k];
     });
@@ -361,7 +361,7 @@ void end_batch(progressive<M, Channels, T>& p, const Counts& counts,
     for (int c = 0; c < Channels; ++c) {
         W controlled = W(0); // sum_k alpha_k
         for (int k = 0; k < m; ++k)
-            controlled += p.control[c * m + k] * static_cast<W>(counts[k]);
+            controlled += p.control[c * m + k] * static_cast<W>(detail::at(counts, k));
         p.total[c] += p.residual[c] + passes * controlled;
         p.residual[c] = W(0);
     }
@@ -371,7 +371,7 @@ void end_batch(progressive<M, Channels, T>& p, const Counts& counts,
         return;
     p.passes_at_solve = p.passes;
     detail::solve(p.sums, counts, [&](int c, int k, W alpha) {
-        const W n = static_cast<W>(counts[k]);
+        const W n = static_cast<W>(detail::at(counts, k));
         p.control[c * m + k] = n > W(0) ? alpha / n : W(0);
     });
 }

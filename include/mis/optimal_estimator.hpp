@@ -88,12 +88,22 @@ template <int Channels, class W> struct sample<dynamic, Channels, W> {
     W* weights() { return weight.data(); }
 };
 
+// a[i] of a caller's array, in the type in which it counts: std::size_t for the standard library's
+// containers.
+template <class Array, class = void> struct index_of { using type = int; };
+template <class Array> struct index_of<Array, std::void_t<typename Array::size_type>> {
+    using type = typename Array::size_type;
+};
+template <class Array> MIS_DETAIL_INLINE decltype(auto) at(Array& a, int i) {
+    return a[static_cast<typename index_of<Array>::type>(i)];
+}
+
 // Contributions are anything with [channel] and, for one channel, plain numbers.
 template <class W, class F> MIS_DETAIL_INLINE W channel(const F& f, [[maybe_unused]] int c) {
     if constexpr (std::is_arithmetic_v<F>)
         return static_cast<W>(f);
     else
-        return static_cast<W>(f[c]);
+        return static_cast<W>(at(f, c));
 }
 
 // Weighs the rare sample where D or its reciprocal is out of range: infinite densities share equally and
@@ -102,14 +112,14 @@ template <int Channels, class W, class F, class Densities>
 MIS_HOST_DEVICE bool weigh_extreme(const F& f, const Densities& densities, int m, W* u, W* value) {
     W largest = W(0), total = W(0);
     for (int k = 0; k < m; ++k) {
-        mis::detail::assert_density(densities[k]);
-        largest = mis::detail::larger(largest, static_cast<W>(densities[k]));
+        mis::detail::assert_density(at(densities, k));
+        largest = mis::detail::larger(largest, static_cast<W>(at(densities, k)));
     }
     assert(largest > W(0)); // no technique can have made this sample
     if (!(largest > W(0)))
         return false;
     for (int k = 0; k < m; ++k)
-        total += u[k] = balance_heuristic{}.share(static_cast<W>(densities[k]), largest);
+        total += u[k] = balance_heuristic{}.share(static_cast<W>(at(densities, k)), largest);
     for (int k = 0; k < m; ++k)
         u[k] /= total;
     for (int c = 0; c < Channels; ++c)
@@ -126,10 +136,10 @@ template <class W> struct reciprocal {
 // Weighs any sample.
 template <int Channels, class W, class F, class Densities>
 MIS_DETAIL_INLINE bool weigh(const F& f, const Densities& densities, int m, W* u, W* value) {
-    W sum = u[0] = static_cast<W>(densities[0]);
+    W sum = u[0] = static_cast<W>(at(densities, 0));
     MIS_DETAIL_UNROLL
     for (int k = 1; k < m; ++k)
-        sum += u[k] = static_cast<W>(densities[k]);
+        sum += u[k] = static_cast<W>(at(densities, k));
     if (!(sum > reciprocal<W>::least && sum < reciprocal<W>::largest)) // also for NaN
         return weigh_extreme<Channels>(f, densities, m, u, value);
     const W inverse = W(1) / sum;
@@ -147,7 +157,7 @@ template <int Channels, class W, class Value, class Weights>
 MIS_DETAIL_INLINE void copy(const Value& f_over_d, const Weights& balance_weights, int m, W* u, W* value) {
     MIS_DETAIL_UNROLL
     for (int k = 0; k < m; ++k)
-        u[k] = static_cast<W>(balance_weights[k]);
+        u[k] = static_cast<W>(at(balance_weights, k));
     MIS_DETAIL_UNROLL
     for (int c = 0; c < Channels; ++c)
         value[c] = channel<W>(f_over_d, c);
@@ -369,21 +379,24 @@ MIS_HOST_DEVICE void weights(const Alpha& alpha, T f, const Counts& counts, cons
     const balance_heuristic balance{};
     W largest = W(0), total = W(0), sum = W(0);
     for (int k = 0; k < count; ++k)
-        largest = mis::detail::larger(largest, static_cast<W>(densities[k]));
+        largest = mis::detail::larger(largest, static_cast<W>(detail::at(densities, k)));
     const bool optimal = (f > T(0) || f < T(0)) && !mis::detail::is_infinite(largest);
     const auto controlled = [&](int k) { // alpha_k p_k
-        const W n = static_cast<W>(counts[k]);
-        return optimal && n > W(0) ? static_cast<W>(alpha[k]) * (static_cast<W>(densities[k]) / n) : W(0);
+        const W n = static_cast<W>(detail::at(counts, k));
+        return optimal && n > W(0)
+                   ? static_cast<W>(detail::at(alpha, k)) * (static_cast<W>(detail::at(densities, k)) / n)
+                   : W(0);
     };
     for (int k = 0; k < count; ++k) {
-        total += balance.share(static_cast<W>(densities[k]), largest);
+        total += balance.share(static_cast<W>(detail::at(densities, k)), largest);
         sum += controlled(k);
     }
     const W contribution = optimal ? static_cast<W>(f) : W(1);
     for (int k = 0; k < count; ++k) {
-        const W own = largest > W(0) ? balance.share(static_cast<W>(densities[k]), largest) / total : W(0);
+        const W own =
+            largest > W(0) ? balance.share(static_cast<W>(detail::at(densities, k)), largest) / total : W(0);
         const W weight = (controlled(k) + own * (contribution - sum)) / contribution;
-        out[k] = static_cast<T>(weight);
+        detail::at(out, k) = static_cast<T>(weight);
     }
 }
 
