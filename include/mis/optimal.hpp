@@ -153,22 +153,30 @@ template <int Most, class W> struct general_solution {
 // Makes the first `count` columns orthonormal, by Gram and Schmidt, each done twice: enough for any columns
 // that are independent beyond rounding.
 template <int Most, class W> void orthonormalize(general_matrix<Most, W>& a, int count) {
-    for (int j = 0; j < count; ++j)
+    const int m = static_cast<int>(a.rows());
+    const auto divide = [&](int j, W length) {
+        for (int i = 0; i < m && length > W(0); ++i)
+            a(i, j) /= length;
+    };
+    for (int j = 0; j < count; ++j) {
+        W largest = W(0); // brings the squares below into range
+        for (int i = 0; i < m; ++i)
+            largest = mis::detail::larger(largest, mis::detail::absolute(a(i, j)));
+        divide(j, largest);
         for (int repeat = 0; repeat < 2; ++repeat) {
             for (int k = 0; k < j; ++k) {
                 W shared = W(0);
-                for (int i = 0; i < a.rows(); ++i)
+                for (int i = 0; i < m; ++i)
                     shared += a(i, k) * a(i, j);
-                for (int i = 0; i < a.rows(); ++i)
+                for (int i = 0; i < m; ++i)
                     a(i, j) -= shared * a(i, k);
             }
             W square = W(0);
-            for (int i = 0; i < a.rows(); ++i)
+            for (int i = 0; i < m; ++i)
                 square += a(i, j) * a(i, j);
-            const W length = std::sqrt(square);
-            for (int i = 0; i < a.rows(); ++i)
-                a(i, j) /= length;
+            divide(j, std::sqrt(square));
         }
+    }
 }
 
 // The solution of minimum norm of a matrix A' (lower triangle) that may be singular. With S such that S A' S

@@ -123,7 +123,7 @@ MIS_HOST_DEVICE bool weigh_extreme(const F& f, const Densities& densities, int m
     for (int k = 0; k < m; ++k)
         u[k] /= total;
     for (int c = 0; c < Channels; ++c)
-        value[c] = mis::detail::is_infinite(largest) ? W(0) : channel<W>(f, c) / total / largest;
+        value[c] = channel<W>(f, c) / total / largest;
     return true;
 }
 
