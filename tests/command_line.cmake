@@ -16,6 +16,9 @@ expect_refusal(--algorithm lt --one-light-vertex)
 expect_refusal(--radius-alpha 0)
 expect_refusal(--radius-alpha 1.5)
 expect_refusal(--reference image.exr) # without --snapshots
+expect_refusal(--optimal -1)
+expect_refusal(--optimal 4 --random-connection)
+expect_refusal(--optimal 4 --algorithm ups)
 
 # Good input to it.
 function(expect_success)
@@ -49,6 +52,10 @@ if(NOT snapshots STREQUAL
    "cornell-passes-1.exr;cornell-passes-1.png;cornell-passes-4.exr;cornell-passes-4.png")
     message(SEND_ERROR "snapshots: ${snapshots}")
 endif()
+
+# With less than 4 passes, optimal weights are those of balance.
+expect_success(--size 8 --samples 3 --heuristic balance --optimal 4 --output ${folder}/optimal)
+expect_same(${folder}/optimal/cornell-optimal.exr ${folder}/optimal/cornell.exr)
 
 # The last image is its own reference, but for the file's floats.
 file(READ ${folder}/all/cornell-convergence.csv table)

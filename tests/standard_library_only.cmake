@@ -1,7 +1,8 @@
 # Fails if a header in ${INCLUDE}/mis includes anything but other such headers and the standard library, whose
 # headers are known by their plain names: <cmath>, not <Eigen/Dense>, not <cuda.h>, not "own.hpp". Only the
-# ${HEADERS_THAT_NEED_EIGEN} may include Eigen's, and one another.
+# ${HEADERS_THAT_NEED_EIGEN} (separated by commas) may include Eigen's, and one another.
 cmake_minimum_required(VERSION 3.21)
+string(REPLACE "," ";" HEADERS_THAT_NEED_EIGEN "${HEADERS_THAT_NEED_EIGEN}")
 file(GLOB headers RELATIVE ${INCLUDE} ${INCLUDE}/mis/*.hpp)
 if(NOT headers)
     message(FATAL_ERROR "no headers in ${INCLUDE}/mis")

@@ -2,6 +2,7 @@
 // ways of computing weights are apart.
 #include "algorithms.hpp"
 #include "compare.hpp"
+#include "optimal.hpp"
 #include "render.hpp"
 #include <CLI/CLI.hpp>
 #include <chrono>
@@ -19,7 +20,7 @@ struct options {
                 reference;
     int samples = 16, size = 128, threads = static_cast<int>(std::thread::hardware_concurrency()),
         longest = 10;
-    int dump_limit = 2000, light_samples = 1;
+    int dump_limit = 2000, light_samples = 1, optimal = 0;
     int max_camera_vertices = INT_MAX, max_light_vertices = INT_MAX;
     double beta = 2, alpha = 0.1, radius = 0.01, radius_alpha = mis::optimal_alpha<double>, scale = 1;
     unsigned seed = 1;
@@ -164,6 +165,26 @@ struct snapshots {
     }
 };
 
+// What --optimal writes: an image by optimal weights, from the paths of the other one.
+struct optimal_image {
+    bpt::optimal_weights weights;
+    bpt::film film;
+    int threads;
+
+    optimal_image(const options& o, const mis::technique_counts<double>& counts, double merge_radius)
+        : weights(counts, merge_radius, o.size, o.optimal), film(o.size), threads(o.threads) {}
+    template <class Real> void add(const bpt::pass_result<Real>& result) {
+        for (const auto& row : result.rows)
+            for (const auto& sample : row.samples)
+                film.sum.pixels[static_cast<std::size_t>(sample.pixel)] += weights.add(sample);
+        weights.end_pass();
+        film.passes = result.pass + 1;
+        const bool is_power_of_2 = (film.passes & (film.passes - 1)) == 0;
+        if (film.passes >= 4 && is_power_of_2)
+            weights.solve(threads);
+    }
+};
+
 struct rendered {
     bpt::weight_checks checks; // what the comparison of its weights has found
     bpt::labelled_image image;
@@ -191,12 +212,16 @@ rendered render_scene(const std::string& name, const options& o, bool write_imag
     settings.mistakes = mistakes_of(o);
     settings.random_connection = o.random_connection;
     settings.check_weights = !o.no_checks;
+    settings.balance_all = o.optimal > 0;
     settings.dump_paths = dump.is_open() ? (o.dump_limit - 1) / (o.size * o.samples) + 1 : 0;
 
     const double exposure = static_cast<double>(scene.exposure);
     std::optional<snapshots> snapshots;
     if (write_images && o.snapshots)
         snapshots.emplace(o, name, exposure);
+    std::optional<optimal_image> optimal;
+    if (o.optimal > 0)
+        optimal.emplace(o, bpt::in_double(settings.counts), static_cast<double>(settings.merge_radius));
     bpt::film film(o.size);
     bpt::comparison comparison(o.size);
     bpt::weight_checks checks;
@@ -211,6 +236,8 @@ rendered render_scene(const std::string& name, const options& o, bool write_imag
                     dump << line << '\n', ++dumped;
         }
         comparison.end_pass();
+        if (optimal)
+            optimal->add(result);
         film.passes = result.pass + 1;
         if (snapshots)
             snapshots->end_pass(film, film.passes == o.samples);
@@ -220,6 +247,8 @@ rendered render_scene(const std::string& name, const options& o, bool write_imag
         const std::string base = o.output + "/" + name;
         write_image(base, film, exposure);
         bpt::write_pyramid(base + "-pyramid.png", film, exposure);
+        if (optimal)
+            write_image(base + "-optimal", optimal->film, exposure);
     }
     if (write_images && settings.mistakes.any()) {
         bpt::write_comparison(o.output + "/" + name + "-mistake.png", film, comparison.right, exposure);
@@ -284,9 +313,10 @@ outcome run_demo(options o, std::ofstream& dump) {
 }
 
 void add_options(CLI::App& app, options& o) {
-    app.add_option("--scene", o.scenes,
-                   "cornell, spheres, glossy, smooth, environment, point, lens, mixed, or all of these; caustic, "
-                   "diffuse, pool");
+    app.add_option(
+        "--scene", o.scenes,
+        "cornell, spheres, glossy, smooth, environment, point, lens, mixed, or all of these; caustic, "
+        "diffuse, pool");
     app.add_option("--samples", o.samples, "passes: camera walks per pixel");
     app.add_option("--size", o.size, "width and height in pixels");
     app.add_option("--output", o.output, "folder of the images");
@@ -306,6 +336,8 @@ void add_options(CLI::App& app, options& o) {
                    "of a camera walk, its lens point included");
     app.add_option("--max-light-vertices", o.max_light_vertices, "of a light walk, its light point included");
     app.add_option("--light-samples", o.light_samples, "next events at each camera vertex");
+    app.add_option("--optimal", o.optimal,
+                   "also an image by optimal weights: width of the tiles of pixels that share them");
     app.add_option("--mistake", o.mistakes, "plant a mistake in the weights, or several");
     app.add_option("--seed", o.seed);
     auto* const snapshots =
@@ -349,6 +381,11 @@ void check_options(options& o) {
     in_range(o.max_camera_vertices, 1, INT_MAX, "--max-camera-vertices");
     in_range(o.max_light_vertices, 1, INT_MAX, "--max-light-vertices");
     in_range(o.light_samples, 1, 1024, "--light-samples");
+    in_range(o.optimal, 0, 4096, "--optimal");
+    if (o.optimal > 0 && o.random_connection)
+        fail("--optimal wants all connections, not --random-connection");
+    if (o.optimal > 0 && algorithm_of<double>(o, 1).is_progressive && o.radius_alpha < 1)
+        fail("--optimal wants a radius that stays: --radius-alpha 1");
     in_range(o.dump_limit, 1, 1000000000, "--dump-limit");
     if (!(o.radius > 0 && o.radius <= 1))
         fail("--radius must be above 0, up to 1");

@@ -3,9 +3,7 @@
 // busy machine changes little. Writes cornell.csv and images; cornell.gp draws the table. docs/merging.md
 // tells what it shows.
 #include "render_parts.hpp"
-#include "study.hpp"
 #include <algorithms.hpp>
-#include <ctime>
 #include <map>
 
 namespace {
@@ -45,49 +43,6 @@ bpt::renderer<real> make_renderer(const bpt::scene<real>& scene, const options& 
     return {scene, s};
 }
 
-double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
-
-// ---- The reference ----
-
-// Two images that know nothing of each other: how far they are apart tells how far both are from the truth.
-struct reference {
-    bpt::image mean;
-    double noise = 0; // mean squared error of the mean, over pixels and channels
-};
-
-reference render_reference(const bpt::scene<real>& scene, const options& o) {
-    std::array<bpt::image, 2> halves;
-    for (std::size_t half = 0; half < 2; ++half) {
-        // a smaller radius: less bias
-        const auto renderer = make_renderer(scene, o, "ups", o.seed + 1000 + half, o.radius / 2);
-        parts sum(o.size);
-        const double start = processor_seconds(), most = o.reference_seconds / 2;
-        for (double spent = 0; sum.passes == 0 || spent < most; spent = processor_seconds() - start) {
-            show_progress(text("%s: reference, %.0f of %.0f s", scene.name.c_str(),
-                               spent + static_cast<double>(half) * most, 2 * most));
-            add_pass(renderer, sum);
-        }
-        halves[half] = mean_image(sum);
-    }
-    reference r{halves[0], 0};
-    for (std::size_t i = 0; i < r.mean.pixels.size(); ++i) {
-        const glm::dvec3 apart = halves[0].pixels[i] - halves[1].pixels[i];
-        r.mean.pixels[i] -= apart / 2.0;
-        r.noise += dot(apart, apart) / 4 / (3 * static_cast<double>(r.mean.pixels.size()));
-    }
-    return r;
-}
-
-// Without the reference's own noise.
-double mean_squared_error(const parts& p, const reference& r) {
-    double squares = 0;
-    for (std::size_t i = 0; i < p.pixels(); ++i) {
-        const glm::dvec3 error = p.mean(i) - r.mean.pixels[i];
-        squares += dot(error, error);
-    }
-    return std::max(0.0, squares / (3 * static_cast<double>(p.pixels())) - r.noise);
-}
-
 // ---- The algorithms ----
 
 struct point {
@@ -118,7 +73,7 @@ measured_run measure(const bpt::scene<real>& scene, const options& o, const std:
         spent += processor_seconds() - start;
         const bool is_last = spent >= o.seconds;
         if (m.sum.passes == due || is_last)
-            m.points.push_back({m.sum.passes, spent, mean_squared_error(m.sum, r)});
+            m.points.push_back({m.sum.passes, spent, mean_squared_error(mean_image(m.sum), 1, r)});
         if (m.sum.passes == due)
             due *= 2;
         show_progress(text("%s: %s, run %d of %d, %d passes", scene.name.c_str(), name.c_str(), run + 1,
@@ -220,7 +175,9 @@ void write_images(const bpt::scene<real>& scene, const options& o, const results
 
 results compare(const std::string& scene_name, const options& o, csv_file& csv) {
     const auto scene = bpt::make_scene<real>(scene_name);
-    const reference r = render_reference(scene, o);
+    const reference r = render_reference(scene_name, o.reference_seconds, [&](std::size_t half) {
+        return make_renderer(scene, o, "ups", o.seed + 1000 + half, o.radius / 2); // less radius, less bias
+    });
     results all;
     for (const auto& name : names) {
         all.emplace(name, measure_all(scene, o, name, r));

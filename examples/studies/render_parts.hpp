@@ -1,6 +1,10 @@
 // Renders pass by pass into two images: what merges have found, and what all other techniques have.
+// References, and errors against them.
 #pragma once
 
+#include "study.hpp"
+#include <array>
+#include <ctime>
 #include <film.hpp>
 #include <render.hpp>
 
@@ -9,6 +13,7 @@ namespace studies {
 struct parts {
     bpt::image merged, connected; // sums over passes
     int passes = 0;
+    int shortest = 2; // paths of fewer vertices are left out
 
     explicit parts(int width) : merged(bpt::black(width)), connected(merged) {}
     std::size_t pixels() const { return merged.pixels.size(); }
@@ -39,6 +44,8 @@ template <class Real> void add_pass(const bpt::renderer<Real>& first, parts& sum
     std::vector<std::vector<splat>> splats(static_cast<std::size_t>(renderer.set.width));
     bpt::in_parallel(renderer.set.threads, renderer.set.width, [&](int row) {
         const auto add = [&](const bpt::contribution<Real>& c, const bpt::complete_path<Real>&) {
+            if (c.vertices < sum.shortest)
+                return;
             const splat s{static_cast<std::size_t>(c.pixel),
                           glm::dvec3(c.value) * static_cast<double>(c.weight)};
             if (c.technique.kind == mis::technique_kind::merge)
@@ -53,6 +60,50 @@ template <class Real> void add_pass(const bpt::renderer<Real>& first, parts& sum
     for (const auto& row : splats)
         for (const splat& s : row)
             sum.connected.pixels[s.pixel] += s.value;
+}
+
+// Of all threads: a busy machine changes little.
+inline double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+// Two images that know nothing of each other: how far they are apart tells how far both are from the truth.
+struct reference {
+    bpt::image mean;
+    double noise = 0; // mean squared error of the mean, over pixels and channels
+};
+
+// make(half) makes the renderer of each image, with seeds of their own.
+template <class Make>
+reference render_reference(const std::string& name, double seconds, Make&& make, int shortest = 2) {
+    std::array<bpt::image, 2> halves;
+    for (std::size_t half = 0; half < 2; ++half) {
+        const auto renderer = make(half);
+        parts sum(renderer.set.width);
+        sum.shortest = shortest;
+        const double start = processor_seconds(), most = seconds / 2;
+        for (double spent = 0; sum.passes == 0 || spent < most; spent = processor_seconds() - start) {
+            show_progress(text("%s: reference, %.0f of %.0f s", name.c_str(),
+                               spent + static_cast<double>(half) * most, seconds));
+            add_pass(renderer, sum);
+        }
+        halves[half] = mean_image(sum);
+    }
+    reference r{halves[0], 0};
+    for (std::size_t i = 0; i < r.mean.pixels.size(); ++i) {
+        const glm::dvec3 apart = halves[0].pixels[i] - halves[1].pixels[i];
+        r.mean.pixels[i] -= apart / 2.0;
+        r.noise += dot(apart, apart) / 4 / (3 * static_cast<double>(r.mean.pixels.size()));
+    }
+    return r;
+}
+
+// Over pixels and channels, of an image times a factor; without the reference's own noise.
+inline double mean_squared_error(const bpt::image& image, double factor, const reference& r) {
+    double squares = 0;
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        const glm::dvec3 error = factor * image.pixels[i] - r.mean.pixels[i];
+        squares += dot(error, error);
+    }
+    return std::max(0.0, squares / (3 * static_cast<double>(image.pixels.size())) - r.noise);
 }
 
 } // namespace studies
