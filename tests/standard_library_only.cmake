@@ -1,17 +1,22 @@
 # Fails if a header in ${INCLUDE}/mis includes anything but other such headers and the standard library, whose
-# headers are known by their plain names: <cmath>, not <Eigen/Dense>, not <cuda.h>, not "own.hpp".
+# headers are known by their plain names: <cmath>, not <Eigen/Dense>, not <cuda.h>, not "own.hpp". Only the
+# ${HEADERS_THAT_NEED_EIGEN} may include Eigen's, and one another.
 cmake_minimum_required(VERSION 3.21)
-file(GLOB headers ${INCLUDE}/mis/*.hpp)
+file(GLOB headers RELATIVE ${INCLUDE} ${INCLUDE}/mis/*.hpp)
 if(NOT headers)
     message(FATAL_ERROR "no headers in ${INCLUDE}/mis")
 endif()
 foreach(header IN LISTS headers)
-    file(STRINGS ${header} lines REGEX "^[ \t]*#[ \t]*include")
+    file(STRINGS ${INCLUDE}/${header} lines REGEX "^[ \t]*#[ \t]*include")
     foreach(line IN LISTS lines)
         if(line MATCHES "<(mis/[a-z_]+\\.hpp)>")
             if(NOT EXISTS ${INCLUDE}/${CMAKE_MATCH_1})
                 message(SEND_ERROR "${header}: ${line}: no such header")
+            elseif(CMAKE_MATCH_1 IN_LIST HEADERS_THAT_NEED_EIGEN AND NOT header IN_LIST HEADERS_THAT_NEED_EIGEN)
+                message(SEND_ERROR "${header}: ${line}: needs Eigen")
             endif()
+        elseif(line MATCHES "<Eigen/[A-Za-z]+>" AND header IN_LIST HEADERS_THAT_NEED_EIGEN)
+            continue()
         elseif(NOT line MATCHES "<[a-z_]+>")
             message(SEND_ERROR "${header}: ${line}: not the standard library's")
         endif()

@@ -1,0 +1,42 @@
+#!/usr/bin/env bash
+# Instructions for adding a sample to an estimator of optimal weights (double, three channels), and for solving it,
+# beside what they may cost and what a published header-only library costs, in the same way of counting:
+#     count_optimal.sh PROGRAM PROGRAM_FOR_THIS_MACHINE
+# Fails if PROGRAM, which is built for any machine, costs more than it may.
+set -euo pipefail
+program=${1:?usage: count_optimal.sh PROGRAM PROGRAM_FOR_THIS_MACHINE}
+native=${2:?usage: count_optimal.sh PROGRAM PROGRAM_FOR_THIS_MACHINE}
+repetitions=1000
+status=0
+
+# at most, published
+declare -A limits=(
+    [add_2]="60 170" [add_4]="110 302" [add_8]="250 662" [add_16]="700 1766"
+    [solve_2]="400 4327" [solve_4]="900 8616" [solve_8]="2500 20633" [solve_16]="9000 59660"
+    [bytes_2]="96 816" [bytes_4]="224 1230" [bytes_8]="560 2459" [bytes_16]="1620 6462"
+)
+
+# instructions PROGRAM NAME: of one repetition; a dash if valgrind does not know all of this machine's
+instructions() {
+    valgrind --tool=callgrind --callgrind-out-file=/dev/null --toggle-collect="measure_$2" "$1" "$2" 2>&1 |
+        awk -v n=$repetitions '/Collected/ { found = $NF } END { if (found) printf "%.1f", found / n; else printf "-" }' || true
+}
+row() { # NAME OURS NATIVE
+    local limit published verdict=""
+    read -r limit published <<<"${limits[$1]}"
+    if ! awk -v ours="$2" -v limit="$limit" 'BEGIN { exit !(ours + 0 > 0 && ours + 0 <= limit) }'; then
+        verdict="  above the limit"
+        status=1
+    fi
+    printf '%-10s %12s %12s %12s %12s%s\n' "$1" "$limit" "$2" "$3" "$published" "$verdict"
+}
+
+printf '%-10s %12s %12s %12s %12s\n' "what" "at most" "ours" "ours native" "published"
+for name in add_2 add_4 add_8 add_16 solve_2 solve_4 solve_8 solve_16; do
+    row $name "$(instructions "$program" $name)" "$(instructions "$native" $name)"
+done
+for m in 2 4 8 16; do
+    row bytes_$m "$("$program" bytes $m)" "$("$native" bytes $m || echo -)"
+done
+echo "native: -march=native without AVX-512, which valgrind does not know"
+exit $status
