@@ -156,8 +156,7 @@ inline exact integrate(const setup& s) {
         e.variance[h] -= means.col(static_cast<int>(h)).squaredNorm();
     e.balance_formula = squares - b.squaredNorm();
     Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition;
-    decomposition.setThreshold(
-        1e-10); // rounding of the sums, so that dependent techniques are found dependent
+    decomposition.setThreshold(1e-10); // above rounding: dependent techniques must be found dependent
     e.alpha = decomposition.compute(a).solve(b);
     e.least = std::max(0.0, squares - e.alpha.dot(b));
     return e;
