@@ -880,7 +880,7 @@ TEST_CASE("progressive is unbiased; leaving out samples with f = 0, as published
             for (int batch = 0; batch < batches; ++batch) {
                 for (int pass = 0; pass < passes; ++pass)
                     make_pass(g, counts, add, [&](int i) { p.add_outside(i); });
-                end_batch(p, counts, passes, growth);
+                end_batch(p, counts, passes, {growth, 0});
             }
             means.see(integral(p)[0]);
         }
@@ -905,7 +905,7 @@ TEST_CASE("progressive with draws outside is unbiased, dynamic too; without them
                     make_pass(
                         g, counts, [&](const auto& f, const auto& q) { p.add(f, q); },
                         [&](int i) { skips ? p.sums.add_outside(i) : p.add_outside(i); });
-                end_batch(p, counts, 4);
+                end_batch(p, counts, 4, {2, 0});
             }
             means.see(integral(p)[0]);
         }
@@ -920,7 +920,8 @@ TEST_CASE("progressive with draws outside is unbiased, dynamic too; without them
 TEST_CASE("progressive written out: batches, their alpha, and the schedule") {
     generator g(16);
     const int counts[] = {2, 1, 3};
-    for (const double growth : {1.0, 2.0, 3.0}) {
+    for (const auto& [growth, least_draws] : {std::pair(1.0, 0.0), std::pair(2.0, 0.0), std::pair(3.0, 0.0),
+                                              std::pair(2.0, -1.0), std::pair(1.0, 60.0)}) {
         progressive<sampled> p;
         estimator<sampled> all;
         std::array<std::array<double, sampled>, 3> alpha{};
@@ -956,9 +957,10 @@ TEST_CASE("progressive written out: batches, their alpha, and the schedule") {
                         p.add_outside(i);
                     });
             }
-            end_batch(p, counts, 2, growth);
+            end_batch(p, counts, 2, {growth, least_draws});
             passes += 2;
-            if (passes >= growth * solved_at)
+            const double draws_needed = least_draws < 0 ? 16 * sampled : least_draws;
+            if (6 * passes >= draws_needed && passes >= growth * solved_at)
                 alpha = coefficients(all, counts), solved_at = passes;
             CHECK(p.passes_at_solve == solved_at);
             for (std::size_t c = 0; c < 3; ++c)
@@ -981,14 +983,14 @@ TEST_CASE("progressive: forks of a batch merged are the batch, and runs merged a
             make_pass(g, counts, one);
         threads += second, threads += first;
         CHECK(threads.open);
-        end_batch(one, counts, 4), end_batch(threads, counts, 4);
+        end_batch(one, counts, 4, {2, 0}), end_batch(threads, counts, 4, {2, 0});
         for (std::size_t c = 0; c < 3; ++c)
             CHECK(integral(threads)[c] == doctest::Approx(integral(one)[c]).epsilon(1e-10));
     }
     for (int batch = 0; batch < 3; ++batch) {
         for (int pass = 0; pass < 10; ++pass)
             make_pass(g, counts, other);
-        end_batch(other, counts, 10);
+        end_batch(other, counts, 10, {2, 0});
     }
     const auto f1 = integral(one), f2 = integral(other);
     one += other;

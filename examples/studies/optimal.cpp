@@ -76,7 +76,7 @@ template <std::size_t M> struct repetition {
             result[h] = weighed[h] / passes;
         result[known] = e.alpha.sum() + residual / passes;
         result[direct] = integral(early.sums, counts)[0];
-        end_batch(early, counts, passes - early.passes);
+        end_batch(early, counts, passes - early.passes, {2, 0});
         result[progressive] = integral(early)[0];
         if (passes >= first_batch)
             end_batch(late, counts, passes - late.passes);

@@ -356,30 +356,40 @@ std::array<T, static_cast<std::size_t>(Channels)> variance(const estimator<M, Ch
     return result;
 }
 
-// Closes the batch to which `passes` passes were added, and solves for the next one's alpha if the number of
-// all passes has grown by the factor `growth` since that was last done: 2 keeps the work small, 1 solves
-// after every batch. `passes` is a number of its own, and not counted from the draws, so that a technique
-// that makes a random number of samples, n_i on average, leaves the estimate unbiased.
+// When a progressive estimator solves for alpha: once it has seen `least_draws` draws, and then whenever its
+// passes have grown by the factor `growth`: 2 keeps the work small, 1 solves after every batch. Until then it
+// is the balance heuristic. An alpha from hardly more draws than techniques can be so far off that its batch
+// spoils the mean for good; least_draws < 0 means 16 for each technique.
+struct schedule {
+    double growth = 2, least_draws = -1;
+};
+
+// Closes the batch to which `passes` passes were added, and solves for the next one's alpha if that is due.
+// `passes` is a number of its own, and not counted from the draws, so that a technique that makes a random
+// number of samples, n_i on average, leaves the estimate unbiased.
 template <int M, int Channels, class T, class Counts>
 void end_batch(progressive<M, Channels, T>& p, const Counts& counts,
-               typename progressive<M, Channels, T>::number passes,
-               typename progressive<M, Channels, T>::number growth = 2) {
+               typename progressive<M, Channels, T>::number passes, const schedule& when = {}) {
     using W = typename progressive<M, Channels, T>::number;
     const int m = p.size();
     for (int c = 0; c < Channels; ++c) {
         W controlled = W(0); // sum_k alpha_k
         for (int k = 0; k < m; ++k)
-            controlled += p.control[c * m + k] * static_cast<W>(detail::at(counts, k));
+            controlled += p.control[c * m + k] * static_cast<W>(counts[k]);
         p.total[c] += p.residual[c] + passes * controlled;
         p.residual[c] = W(0);
     }
     p.open = false;
     p.passes += passes;
-    if (p.passes < growth * p.passes_at_solve)
+    W draws_of_pass = W(0);
+    for (int k = 0; k < m; ++k)
+        draws_of_pass += static_cast<W>(counts[k]);
+    const W least_draws = when.least_draws < 0 ? W(16) * W(m) : static_cast<W>(when.least_draws);
+    if (p.passes * draws_of_pass < least_draws || p.passes < static_cast<W>(when.growth) * p.passes_at_solve)
         return;
     p.passes_at_solve = p.passes;
     detail::solve(p.sums, counts, [&](int c, int k, W alpha) {
-        const W n = static_cast<W>(detail::at(counts, k));
+        const W n = static_cast<W>(counts[k]);
         p.control[c * m + k] = n > W(0) ? alpha / n : W(0);
     });
 }
