@@ -15,7 +15,7 @@ struct options {
     std::vector<std::string> scenes = bpt::scene_names();
     std::vector<int> tiles{1, 4, 16};
     int size = 48, passes = 64, threads = static_cast<int>(std::thread::hardware_concurrency());
-    double reference_seconds = 60, radius = 0.01;
+    double reference_seconds = 20, radius = 0.01;
     std::uint64_t seed = 1;
 };
 
