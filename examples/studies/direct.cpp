@@ -199,7 +199,8 @@ void add(Sums& sums, const draws& all, std::size_t first, std::size_t last, doub
     for (std::size_t k = first; k < last; ++k)
         for (const technique by : {uniform, trained}) {
             const draw& d = all[by][k];
-            sums.add(d.f, pair{count * d.p[uniform], count * d.p[trained]});
+            const double densities[]{count * d.p[uniform], count * d.p[trained]};
+            sums.add(d.f, densities);
         }
 }
 
@@ -212,7 +213,7 @@ struct optimal_estimate {
 // exist where f = 0 too.
 optimal_estimate weighed_optimally(const draws& all, std::size_t n) {
     const double count = static_cast<double>(n);
-    const pair counts{count, count};
+    const double counts[]{count, count};
     mis::optimal::estimator<2> sums;
     add(sums, all, 0, n, count);
     const auto alpha = mis::optimal::coefficients(sums, counts);
@@ -234,11 +235,12 @@ optimal_estimate weighed_optimally(const draws& all, std::size_t n) {
 // batches, because alpha made of a pass or two is worse than none.
 dvec3 progressively(const draws& all, std::size_t n) {
     const std::size_t batch = std::max(n / 4, std::size_t(1));
+    const double counts[]{1, 1};
     mis::optimal::progressive<2> p;
     for (std::size_t first = 0; first < n; first += batch) {
         const std::size_t last = std::min(first + batch, n);
         add(p, all, first, last, 1);
-        mis::optimal::end_batch(p, pair{1, 1}, static_cast<double>(last - first), 1);
+        mis::optimal::end_batch(p, counts, static_cast<double>(last - first), 1);
     }
     return to_color(mis::optimal::integral(p));
 }
@@ -246,12 +248,13 @@ dvec3 progressively(const draws& all, std::size_t n) {
 // Unbiased: alpha is made of the other half of the draws, as if they were the pass before.
 dvec3 in_second_pass(const draws& all, std::size_t n) {
     const double count = static_cast<double>(n);
+    const double counts[]{count, count};
     mis::optimal::progressive<2> p;
     add(p, all, n, 2 * n, count);
-    mis::optimal::end_batch(p, pair{count, count}, 1);
+    mis::optimal::end_batch(p, counts, 1);
     const dvec3 first = to_color(mis::optimal::integral(p));
     add(p, all, 0, n, count);
-    mis::optimal::end_batch(p, pair{count, count}, 1);
+    mis::optimal::end_batch(p, counts, 1);
     return 2.0 * to_color(mis::optimal::integral(p)) - first;
 }
 
