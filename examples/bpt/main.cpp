@@ -316,7 +316,7 @@ void add_options(CLI::App& app, options& o) {
     app.add_option(
         "--scene", o.scenes,
         "cornell, spheres, glossy, smooth, environment, point, lens, mixed, or all of these; caustic, "
-        "diffuse, pool");
+        "diffuse, pool, rooms");
     app.add_option("--samples", o.samples, "passes: camera walks per pixel");
     app.add_option("--size", o.size, "width and height in pixels");
     app.add_option("--output", o.output, "folder of the images");

@@ -202,8 +202,9 @@ void tall_block(builder& b, int material) {
     b.quad({265, 0, 296}, {265, 330, 296}, {423, 330, 247}, {423, 0, 247}, material);
 }
 
-// Stands on the floor without a face of its own there, so that paths from the floor are refracted once.
-void glass_block(builder& b, const dvec3& low, const dvec3& high, int material) {
+// Stands on the floor without a face of its own there, so that paths from the floor are refracted once where
+// it is of glass.
+void block(builder& b, const dvec3& low, const dvec3& high, int material) {
     b.begin_cluster();
     const auto corner = [&](int x, int y, int z) {
         return dvec3(x ? high.x : low.x, y ? high.y : low.y, z ? high.z : low.z);
@@ -255,7 +256,7 @@ void caustic(builder& b) {
     b.area_light({278 + half, 548, 280 - half}, {278 + half, 548, 280 + half}, {278 - half, 548, 280 - half},
                  cornell_light * as_much_as_the_published_light, 1, 1);
     tall_block(b, b.glossy(dvec3(0.05), dvec3(0.75, 0.7, 0.6), 1000));
-    glass_block(b, {80, 0, 60}, {250, 165, 230}, b.glass(1.5));
+    block(b, {80, 0, 60}, {250, 165, 230}, b.glass(1.5));
     look_down(b);
 }
 
@@ -280,6 +281,42 @@ void pool(builder& b) {
     b.s.center = {0, 0.5, 0};
     b.s.radius = 15;
     b.s.exposure = 1;
+}
+
+// Nine rooms without ceilings, seen from above, under many lamps of one color: sixteen weak ones of similar
+// strength in every room, and in every second room a cluster of six strong ones and a table. The lamps hang
+// below the tops of the walls, so that none lights another room.
+void rooms(builder& b) {
+    const int white = b.diffuse(in_bands(white_paint)), red = b.diffuse(in_bands(red_paint)),
+              green = b.diffuse(in_bands(green_paint)), wood = b.diffuse(dvec3(0.4));
+    constexpr double half = 6, height = 3.2, lamps = 3;
+    b.begin_cluster();
+    b.quad({-half, 0, -half}, {-half, 0, half}, {half, 0, half}, {half, 0, -half}, white);
+    for (int k = 0; k <= 3; ++k) {
+        const double at = 4 * k - half;
+        b.quad({at, 0, -half}, {at, 0, half}, {at, height, half}, {at, height, -half}, k % 2 ? green : white);
+        b.quad({-half, 0, at}, {half, 0, at}, {half, height, at}, {-half, height, at}, k % 2 ? red : white);
+    }
+    const dvec3 warm(1, 0.9, 0.7);
+    for (int room = 0; room < 9; ++room) {
+        const dvec3 center(4 * (room % 3) - 4, 0, 4 * (room / 3) - 4);
+        for (int i = 0; i < 16; ++i)
+            b.point_light(center + dvec3(0.8 * (i % 4) - 1.2, lamps, 0.8 * (i / 4) - 1.2),
+                          (1.4 + 0.08 * (i * 7 % 16)) * warm, 1, 1);
+        if (room % 2)
+            continue;
+        const dvec3 aside(std::cos(2.4 * room), 0, std::sin(2.4 * room)), table = center + 0.8 * aside;
+        block(b, table - dvec3(0.5, 0, 0.35), table + dvec3(0.5, 0.5, 0.35), wood);
+        for (int i = 0; i < 6; ++i)
+            b.point_light(center - 0.5 * aside + dvec3(0.15 * (i % 3), lamps, 0.15 * (i / 3)), 6.0 * warm, 1,
+                          1);
+    }
+    for (auto& l : b.s.lights)
+        l.select_emission = l.select_next_event = 1 / static_cast<double>(b.s.lights.size());
+    b.look({0, 22, -8}, {0, 0.3, 0}, 0.235);
+    b.s.center = {0, 1.6, 0};
+    b.s.radius = 9;
+    b.s.exposure = 0.4;
 }
 
 // A coarse sphere of 80 triangles whose shading normals are those of the fine one: 15 degrees apart in
@@ -373,7 +410,7 @@ void mixed(builder& b) {
     short_block(b, b.glossy(dvec3(0.2, 0.3, 0.5), dvec3(0.3), 15));
     smooth_ball(b, {368, 405, 351}, 75, b.glossy(dvec3(0.4, 0.25, 0.1), dvec3(0.3), 12));
     b.ball({186, 225, 168}, 60, b.mirror(0.9));
-    glass_block(b, {330, 0, 40}, {510, 90, 220}, b.glass(1.5));
+    block(b, {330, 0, 40}, {510, 90, 220}, b.glass(1.5));
     b.point_light({100, 400, 300}, {9000, 12000, 20000}, 0.2, 0.3);
     const dvec3 sky(0.3, 0.4, 0.6);
     b.environment(sky, sky, dvec3(0), {0, 0, -1}, 1, 0.3, 0.25);
@@ -384,7 +421,7 @@ const std::map<std::string, void (*)(builder&)>& builders() {
     static const std::map<std::string, void (*)(builder&)> all{
         {"cornell", cornell},         {"spheres", spheres}, {"glossy", glossy}, {"smooth", smooth},
         {"environment", environment}, {"point", point},     {"lens", lens},     {"mixed", mixed},
-        {"caustic", caustic},         {"diffuse", diffuse}, {"pool", pool}};
+        {"caustic", caustic},         {"diffuse", diffuse}, {"pool", pool},     {"rooms", rooms}};
     return all;
 }
 
@@ -433,7 +470,7 @@ const std::vector<std::string>& scene_names() {
 }
 
 const std::vector<std::string>& study_scene_names() {
-    static const std::vector<std::string> names{"caustic", "diffuse", "pool"};
+    static const std::vector<std::string> names{"caustic", "diffuse", "pool", "rooms"};
     return names;
 }
 
