@@ -240,7 +240,7 @@ dvec3 progressively(const draws& all, std::size_t n) {
     for (std::size_t first = 0; first < n; first += batch) {
         const std::size_t last = std::min(first + batch, n);
         add(p, all, first, last, 1);
-        mis::optimal::end_batch(p, counts, static_cast<double>(last - first), 1);
+        mis::optimal::end_batch(p, counts, static_cast<double>(last - first), {1, 0});
     }
     return to_color(mis::optimal::integral(p));
 }
@@ -251,10 +251,10 @@ dvec3 in_second_pass(const draws& all, std::size_t n) {
     const double counts[]{count, count};
     mis::optimal::progressive<2> p;
     add(p, all, n, 2 * n, count);
-    mis::optimal::end_batch(p, counts, 1);
+    mis::optimal::end_batch(p, counts, 1, {1, 0});
     const dvec3 first = to_color(mis::optimal::integral(p));
     add(p, all, 0, n, count);
-    mis::optimal::end_batch(p, counts, 1);
+    mis::optimal::end_batch(p, counts, 1, {1, 0});
     return 2.0 * to_color(mis::optimal::integral(p)) - first;
 }
 
