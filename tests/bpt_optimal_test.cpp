@@ -137,7 +137,7 @@ TEST_CASE("tiles need not divide the image") {
     const scene<real> scene = make_scene<real>("cornell");
     const auto s = settings_for(scene, "bpt", 1, 4);
     const optimal_weights weights(s.counts, s.merge_radius, width, 5);
-    CHECK(weights.tiles_across == 4);
+    CHECK(weights.tiles_in_row() == 4);
     double pixels = 0;
     for (std::size_t t = 0; t < 16; ++t)
         pixels += weights.pixels_of(t);

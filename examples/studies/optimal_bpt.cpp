@@ -118,11 +118,11 @@ comparison compare(const bpt::scene<real>& scene, const options& o, bool merging
                    {"power", o.passes, alone.seconds, rms(power)}};
     double longest = 0;
     for (const auto& image : optimal) {
-        const std::string name = text("optimal, tile %d", image.weights.tile);
+        const std::string name = text("optimal, tile %d", image.weights.tile_width());
         c.estimates.push_back({name, o.passes, rendering + image.seconds, rms(image.sum)});
         c.images.push_back({name, image.sum, exposure * scale});
         longest = std::max(longest, rendering + image.seconds);
-        if (image.weights.tile == 1) {
+        if (image.weights.tile_width() == 1) {
             bpt::image direct = bpt::black(o.size);
             direct.pixels = image.weights.integrals(o.threads);
             c.estimates.push_back({"optimal, direct", o.passes, rendering + image.seconds,

@@ -1,0 +1,22 @@
+# The studies, with far too little time to meet their bars: they run and write everything, and refuse bad input.
+
+# mis_test_study(NAME BAD_OPTIONS OPTIONS...): BAD_OPTIONS are --name=value, separated by commas.
+function(mis_test_study study refused)
+    add_test(NAME study_${study} COMMAND study_${study} ${ARGN} --output ${CMAKE_CURRENT_BINARY_DIR}/study_${study})
+    add_test(NAME study_${study}_command_line
+             COMMAND ${CMAKE_COMMAND} -D PROGRAM=$<TARGET_FILE:study_${study}> -D REFUSED=${refused} -P
+                     ${CMAKE_CURRENT_SOURCE_DIR}/study_command_line.cmake)
+endfunction()
+
+mis_test_study(bias --largest=0,--largest=many,--per-decade=-1,--repetitions=0,--seed=x
+               --largest 10000 --per-decade 2 --repetitions 200)
+mis_test_study(scale --size=0,--scene=no_such_scene)
+mis_test_study(alpha --size=0,--passes=1,--repetitions=many,--radius=0,--seed=x
+               --size 32 --passes 4 --repetitions 1 --report-only)
+mis_test_study(cornell --size=0,--seconds=0,--runs=0,--reference-seconds=-1
+               --size 16 --seconds 0.02 --runs 2 --reference-seconds 0.2 --report-only)
+mis_test_study(optimal --largest=0,--repetitions=1,--seed=x --largest 32 --repetitions 200 --report-only)
+mis_test_study(optimal_bpt --size=0,--scene=no_such_scene,--passes=0,--tile=0,--radius=2
+               --scene cornell --size 16 --passes 8 --reference-seconds 0.2)
+mis_test_study(direct --size=0,--samples=0,--tests=many,--cell=0,--seed=x
+               --size 8 --tests 2 --cell 2 --report-only)
