@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Everything that needs no third-party header.
+// All that a renderer needs to weigh by, without third-party headers. Optimal weights (optimal*.hpp) and
+// checks (verify.hpp) are included by who uses them.
 #pragma once
 
 #include <mis/bias.hpp>
