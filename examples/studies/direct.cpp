@@ -342,7 +342,7 @@ void write_images(const scene& s, const options& o, const result& defensive, con
                       {"power: weight of uniform", defensive.power_weights[uniform]},
                       {"optimal: weight of trained (red: 2)", defensive.optimal_weights[trained]},
                       {"optimal: weight of uniform (blue: -2)", defensive.optimal_weights[uniform]}},
-                     4);
+                     4, std::max(1, 256 / o.size)); // tiles as wide as their labels
 }
 
 void print_table(const results& all) {
