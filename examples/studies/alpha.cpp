@@ -237,8 +237,9 @@ bool run(const options& o) {
                             slope, 100 * (slope / predicted - 1), predicted));
     good &= report(steepest == optimal,
                    text("alpha = 2/3 falls fastest (the fastest is %.3f)", alphas[steepest]));
-    if (o.repetitions > 1)
-        note(text("variance over squared bias of pass 1: %.1f", variance_over_squared_bias(runs[0], exact)));
+    const real ratio = o.repetitions > 1 ? variance_over_squared_bias(runs[0], exact) : 0;
+    note(ratio > 0 ? text("variance over squared bias of pass 1: %.1f", ratio)
+                   : "too few repetitions to tell the bias of pass 1 from its noise");
     return good || o.report_only;
 }
 
