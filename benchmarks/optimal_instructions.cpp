@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <mis/optimal.hpp>
+#include <mis/optimal/solve.hpp>
 #include <pcg_random.hpp>
 #include <random>
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Adds samples to estimators on the device, so that nvcc compiles what optimal_estimator.hpp has for it.
+// Adds samples to estimators on the device, so that nvcc compiles what optimal/estimator.hpp has for it.
 // Compiled only; the numbers mean nothing. Solving is the host's.
-#include <mis/optimal_estimator.hpp>
+#include <mis/optimal/estimator.hpp>
 
 namespace {
 

@@ -5,7 +5,7 @@
 
 #include <cstdio>
 #include <doctest/doctest.h>
-#include <mis/diagnosis.hpp>
+#include <mis/verify/diagnosis.hpp>
 
 using namespace test;
 

@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <doctest/doctest.h>
 #include <map>
-#include <mis/diagnosis.hpp>
+#include <mis/verify/diagnosis.hpp>
 #include <reader.hpp>
 #include <render.hpp>
 #include <unistd.h>

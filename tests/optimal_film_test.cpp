@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <doctest/doctest.h>
-#include <mis/optimal_film.hpp>
+#include <mis/optimal/film.hpp>
 #include <pcg_random.hpp>
 #include <random>
 #include <sstream>

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <cstring>
 #include <doctest/doctest.h>
-#include <mis/optimal.hpp>
+#include <mis/optimal/solve.hpp>
 #include <numeric>
 #include <type_traits>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "film.hpp"
-#include <mis/record.hpp>
+#include <mis/verify/record.hpp>
 #include <numeric>
 
 namespace bpt {

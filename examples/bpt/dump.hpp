@@ -2,7 +2,7 @@
 #pragma once
 
 #include "weigh.hpp"
-#include <mis/record.hpp>
+#include <mis/verify/record.hpp>
 #include <nlohmann/json.hpp>
 
 namespace bpt {

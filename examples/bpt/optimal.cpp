@@ -1,5 +1,5 @@
 #include "optimal.hpp"
-#include <mis/optimal_film.hpp>
+#include <mis/optimal/film.hpp>
 #include <tuple>
 #include <utility>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <array>
-#include <mis/record.hpp>
+#include <mis/verify/record.hpp>
 #include <optional>
 #include <vector>
 

@@ -8,7 +8,7 @@
 
 #include "geometry.hpp"
 #include "lines.hpp"
-#include <mis/record.hpp>
+#include <mis/verify/record.hpp>
 #include <simdjson.h>
 #include <string>
 

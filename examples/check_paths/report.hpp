@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <map>
-#include <mis/diagnosis.hpp>
+#include <mis/verify/diagnosis.hpp>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>

@@ -21,7 +21,7 @@
 #include <film.hpp>
 #include <map>
 #include <mis/mis.hpp>
-#include <mis/optimal.hpp>
+#include <mis/optimal/solve.hpp>
 #include <render.hpp>
 
 namespace {

@@ -5,7 +5,7 @@
 #include "optimal_model.hpp"
 #include "study.hpp"
 
-#include <mis/optimal.hpp>
+#include <mis/optimal/solve.hpp>
 
 namespace {
 

@@ -1,7 +1,7 @@
 // Do weights depend on the units of the scene? Merges are weighed in three ways, [H] figure 6: with their
 // density times pi r^2 [G], with all others' divided by pi r^2 [H], and without the area, which is wrong.
 #include "study.hpp"
-#include <mis/verify_invariance.hpp>
+#include <mis/verify/invariance.hpp>
 #include <render.hpp>
 
 namespace {

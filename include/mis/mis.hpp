@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// All that a renderer needs to weigh by, without third-party headers. Optimal weights (optimal*.hpp) and
+// All that a renderer needs to weigh by, without third-party headers. Optimal weights (optimal.hpp) and
 // checks (verify.hpp) are included by who uses them.
 #pragma once
 

@@ -14,7 +14,7 @@
 // Not part of mis.hpp: renderers need none of this, and their tests all of it.
 #pragma once
 
-#include <mis/diagnosis.hpp>
-#include <mis/verify_invariance.hpp>
-#include <mis/verify_sampling.hpp>
-#include <mis/verify_weights.hpp>
+#include <mis/verify/diagnosis.hpp>
+#include <mis/verify/invariance.hpp>
+#include <mis/verify/sampling.hpp>
+#include <mis/verify/weights.hpp>

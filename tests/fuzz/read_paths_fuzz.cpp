@@ -6,7 +6,7 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <mis/diagnosis.hpp>
+#include <mis/verify/diagnosis.hpp>
 
 namespace {
 

@@ -15,7 +15,7 @@
 #pragma once
 
 #include <array>
-#include <mis/mistakes.hpp>
+#include <mis/verify/mistakes.hpp>
 #include <random>
 
 namespace mis {

@@ -2,7 +2,7 @@
 // Floor 5: changes to a path that change no weight, for a renderer's unit tests. See verify.hpp.
 #pragma once
 
-#include <mis/verify_weights.hpp>
+#include <mis/verify/weights.hpp>
 
 namespace mis::verify {
 

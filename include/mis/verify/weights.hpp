@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <mis/record.hpp>
+#include <mis/verify/record.hpp>
 #include <optional>
 #include <string>
 #include <type_traits>

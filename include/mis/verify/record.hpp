@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Floor 4: one weighted contribution of a renderer, as written down for checking. docs/path_dump.md describes
+// Floor 5: one weighted contribution of a renderer, as written down for checking. docs/path_dump.md describes
 // the same as JSON.
 //
 // A record holds what a renderer claims, its weight, and what the weight should follow from. Unlike the

@@ -3,7 +3,7 @@
 // against each other. See verify.hpp.
 #pragma once
 
-#include <mis/verify_weights.hpp>
+#include <mis/verify/weights.hpp>
 
 namespace mis::verify {
 

@@ -8,7 +8,7 @@
 #pragma once
 
 #include <iterator>
-#include <mis/record.hpp>
+#include <mis/verify/record.hpp>
 
 namespace mis {
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
-// Floor 5: an image of estimators of optimal.hpp: one for each pixel, or for each tile of pixels. Needs
-// Eigen.
+// Floor 4: an image of estimators: one for each pixel, or for each tile of pixels. Needs Eigen.
 #pragma once
 
 #include <atomic>
 #include <cstdint>
 #include <istream>
-#include <mis/optimal.hpp>
+#include <mis/optimal/solve.hpp>
 #include <ostream>
 #include <string>
 #include <thread>

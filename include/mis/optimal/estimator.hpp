@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Floor 2: what is summed over samples so that optimal.hpp can find the optimal weights. No Eigen here: a
+// Floor 4: what is summed over samples so that solve.hpp can find the optimal weights. No Eigen here: a
 // renderer's inner loop, or kernel, needs nothing else.
 //
 // The optimal weights of Kondapaneni et al., "Optimal multiple importance sampling", 2019 [O], have the least
@@ -279,7 +279,7 @@ MIS_HOST_DEVICE typename estimator<M, Channels, T>::number draws(const estimator
 //     progressive<4> p;
 //     for each batch:
 //         for each pass: p.add(f, densities); or one of the others, for every draw
-//         end_batch(p, counts, passes);      // optimal.hpp
+//         end_batch(p, counts, passes);      // solve.hpp
 //     integral(p)
 //
 // Every draw must be added: a sample with f = 0 still subtracts sum alpha_k p_k / D, one outside the domain
