@@ -34,13 +34,15 @@ const std::vector<alternatives::loop_vertex> loop_walk = [] {
 
 template <class Weights>
 mis::subpath_state<float> update(const Weights& weigh, const inputs::edge& e, mis::subpath_state<float> x) {
-    x = weigh.arrive(x, e.distance2, e.cos_in);
-    return weigh.scatter(x, e.cos_out, mis::per_solid_angle{e.forward}, mis::per_solid_angle{e.reverse});
+    x = weigh.arrive(x, mis::squared_distance{e.distance2}, mis::cosine{e.cos_in});
+    return weigh.scatter(x, mis::cosine{e.cos_out}, mis::pdf_forward{e.forward}, mis::pdf_reverse{e.reverse});
 }
 template <class Weights> float connect(const Weights& weigh, const inputs::edge& e) {
     const mis::subpath_state<float> x{e.reverse, e.forward};
-    return weigh.connection({x, e.cos_in, e.forward, e.reverse}, {x, e.cos_out, e.reverse, e.forward},
-                            e.distance2);
+    return weigh.connection(
+        {x, mis::cosine{e.cos_in}, mis::pdf_forward{e.forward}, mis::pdf_reverse{e.reverse}},
+        {x, mis::cosine{e.cos_out}, mis::pdf_forward{e.reverse}, mis::pdf_reverse{e.forward}},
+        mis::squared_distance{e.distance2});
 }
 
 } // namespace

@@ -40,9 +40,10 @@ BENCHMARK_CAPTURE(many_techniques, maximum, mis::maximum)->Arg(4)->Arg(64);
 template <class Weights> void vertex_two_numbers(benchmark::State& state, const Weights& weigh) {
     for (auto _ : state)
         for (const inputs::edge& e : edges) {
-            const auto x = weigh.arrive({e.forward, e.reverse}, e.distance2, e.cos_in);
-            benchmark::DoNotOptimize(weigh.scatter(x, e.cos_out, mis::per_solid_angle{e.forward},
-                                                   mis::per_solid_angle{e.reverse}));
+            const auto x = weigh.arrive({e.forward, e.reverse}, mis::squared_distance{e.distance2},
+                                        mis::cosine{e.cos_in});
+            benchmark::DoNotOptimize(weigh.scatter(x, mis::cosine{e.cos_out}, mis::pdf_forward{e.forward},
+                                                   mis::pdf_reverse{e.reverse}));
         }
     state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(edges.size()));
 }
@@ -63,8 +64,10 @@ template <class Weights> void connection_two_numbers(benchmark::State& state, co
     for (auto _ : state)
         for (const inputs::edge& e : edges) {
             const mis::subpath_state<float> x{e.reverse, e.forward};
-            benchmark::DoNotOptimize(weigh.connection({x, e.cos_in, e.forward, e.reverse},
-                                                      {x, e.cos_out, e.reverse, e.forward}, e.distance2));
+            benchmark::DoNotOptimize(weigh.connection(
+                {x, mis::cosine{e.cos_in}, mis::pdf_forward{e.forward}, mis::pdf_reverse{e.reverse}},
+                {x, mis::cosine{e.cos_out}, mis::pdf_forward{e.reverse}, mis::pdf_reverse{e.forward}},
+                mis::squared_distance{e.distance2}));
         }
     state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(edges.size()));
 }

@@ -61,18 +61,26 @@ template <class T, class Heuristic>
 __noinline__ __device__ T subpaths(const Heuristic& h, const mis::technique_counts<T>& counts,
                                    const mis::measured_vertex<T>* path, int n, const T* q) {
     const mis::path_weights<Heuristic, T> weigh(h, counts);
-    const mis::end_point<T> end{q[0], q[1], q[2], q[3], true};
-    const mis::per_solid_angle<T> forward{q[4]}, reverse{q[5]};
-    auto a = weigh.arrive(weigh.start_camera(end), q[6], q[7]);
-    auto b = weigh.arrive_from_infinity(weigh.start_light(end), q[7]);
+    const mis::cosine c{q[0]};
+    const mis::pdf_forward forward{q[4]};
+    const mis::pdf_reverse reverse{q[5]};
+    const mis::squared_distance d2{q[6]};
+    const mis::end_point<T> end{mis::pdf_position{q[0]}, mis::pdf_next_event{q[1]}, mis::pdf_direction{q[2]},
+                                c, true};
+    auto a = weigh.arrive(weigh.start_camera(end), d2, c);
+    auto b = weigh.arrive_from_infinity(weigh.start_light(end), c);
     const T hits = weigh.light_hit(weigh.arrive_at_infinity(a), end) + weigh.camera_hit(b, end);
-    a = weigh.arrive(weigh.scatter(a, q[0], forward, reverse), q[6], q[7], q[1], q[2]);
-    b = weigh.arrive(weigh.scatter(b, q[0], forward, reverse, q[3]), q[6], q[7]);
-    a = weigh.arrive(weigh.scatter_dirac(a, q[0], q[1], q[2], q[3], q[4]), q[6], q[7]);
-    const mis::subpath_end<T> camera{a, q[0], q[1], q[2]}, light{b, q[0], q[1], q[2]};
-    return hits + weigh.connection(camera, light, q[6]) + weigh.next_event(camera, end, q[6]) +
-           weigh.camera_connection(end, light, q[6]) + weigh.direct(end, end, q[6]) +
-           weigh.merge(a, b, forward, reverse) + weigh.merge(a, b, forward, reverse, q[3]) +
+    a = weigh.arrive(weigh.scatter(a, c, forward, reverse), d2, c, mis::pdf_distance_forward{q[1]},
+                     mis::pdf_distance_reverse{q[2]});
+    b = weigh.arrive(weigh.scatter(b, c, forward, reverse, q[3]), d2, c);
+    a = weigh.arrive(weigh.scatter_dirac(a, c, forward, reverse, mis::eta_in{q[3]}, mis::eta_out{q[4]}), d2,
+                     c);
+    const mis::subpath_end<T> camera{a, c, forward, reverse}, light{b, c, forward, reverse};
+    const mis::pdf_to_light to_light{q[4]};
+    const mis::pdf_to_camera to_camera{q[5]};
+    return hits + weigh.connection(camera, light, d2) + weigh.next_event(camera, end, d2) +
+           weigh.camera_connection(end, light, d2) + weigh.direct(end, end, d2) +
+           weigh.merge(a, b, to_light, to_camera) + weigh.merge(a, b, to_light, to_camera, q[3]) +
            mis::weight_in_subpaths(h, counts, path, n, mis::technique_at(n, 1));
 }
 

@@ -314,11 +314,13 @@ template <class Heuristic> struct renderer {
 
     mis::end_point<double> lens() const {
         const auto& e = x().front();
-        return {e.pdf_position, e.pdf_next_event, e.pdf_to_light, e.cos_to_light, !e.dirac};
+        return {mis::pdf_position{e.pdf_position}, mis::pdf_next_event{e.pdf_next_event},
+                mis::pdf_direction{e.pdf_to_light}, mis::cosine{e.cos_to_light}, !e.dirac};
     }
     mis::end_point<double> lamp() const {
         const auto& e = x().back();
-        return {e.pdf_position, e.pdf_next_event, e.pdf_to_camera, e.cos_to_camera, !e.dirac};
+        return {mis::pdf_position{e.pdf_position}, mis::pdf_next_event{e.pdf_next_event},
+                mis::pdf_direction{e.pdf_to_camera}, mis::cosine{e.cos_to_camera}, !e.dirac};
     }
 
     void walk_from_camera() {
@@ -328,16 +330,19 @@ template <class Heuristic> struct renderer {
             if (v.kind == vertex_kind::infinite_light && last.pdf_distance_from_light == 1)
                 state = weigh.arrive_at_infinity(state);
             else
-                state = weigh.arrive(state, last.distance2_to_light, v.cos_to_camera,
-                                     v.pdf_distance_from_camera, last.pdf_distance_from_light);
+                state = weigh.arrive(state, mis::squared_distance{last.distance2_to_light},
+                                     mis::cosine{v.cos_to_camera},
+                                     mis::pdf_distance_forward{v.pdf_distance_from_camera},
+                                     mis::pdf_distance_reverse{last.pdf_distance_from_light});
             camera[i] = state;
             const auto& f = r.interfaces[i];
             if (v.kind == vertex_kind::dirac)
-                state = weigh.scatter_dirac(state, v.cos_to_camera, f.to_light, f.to_camera,
-                                            f.eta_camera_side, f.eta_light_side);
+                state = weigh.scatter_dirac(state, mis::cosine{v.cos_to_camera}, mis::pdf_forward{f.to_light},
+                                            mis::pdf_reverse{f.to_camera}, mis::eta_in{f.eta_camera_side},
+                                            mis::eta_out{f.eta_light_side});
             else
-                state = weigh.scatter(state, v.cos_to_light, mis::per_solid_angle<double>{v.pdf_to_light},
-                                      mis::per_solid_angle<double>{v.pdf_to_camera}, v.merge_factor);
+                state = weigh.scatter(state, mis::cosine{v.cos_to_light}, mis::pdf_forward{v.pdf_to_light},
+                                      mis::pdf_reverse{v.pdf_to_camera}, v.merge_factor);
         }
     }
 
@@ -346,18 +351,21 @@ template <class Heuristic> struct renderer {
         for (std::size_t i = x().size() - 1; i-- > 0;) {
             const auto &v = x()[i], &last = x()[i + 1];
             if (last.kind == vertex_kind::infinite_light && v.pdf_distance_from_light == 1)
-                state = weigh.arrive_from_infinity(state, v.cos_to_light);
+                state = weigh.arrive_from_infinity(state, mis::cosine{v.cos_to_light});
             else
-                state = weigh.arrive(state, v.distance2_to_light, v.cos_to_light, v.pdf_distance_from_light,
-                                     last.pdf_distance_from_camera);
+                state = weigh.arrive(state, mis::squared_distance{v.distance2_to_light},
+                                     mis::cosine{v.cos_to_light},
+                                     mis::pdf_distance_forward{v.pdf_distance_from_light},
+                                     mis::pdf_distance_reverse{last.pdf_distance_from_camera});
             light[i] = state;
             const auto& f = r.interfaces[i];
             if (v.kind == vertex_kind::dirac)
-                state = weigh.scatter_dirac(state, v.cos_to_light, f.to_camera, f.to_light, f.eta_light_side,
-                                            f.eta_camera_side);
+                state = weigh.scatter_dirac(state, mis::cosine{v.cos_to_light}, mis::pdf_forward{f.to_camera},
+                                            mis::pdf_reverse{f.to_light}, mis::eta_in{f.eta_light_side},
+                                            mis::eta_out{f.eta_camera_side});
             else
-                state = weigh.scatter(state, v.cos_to_camera, mis::per_solid_angle<double>{v.pdf_to_camera},
-                                      mis::per_solid_angle<double>{v.pdf_to_light}, v.merge_factor);
+                state = weigh.scatter(state, mis::cosine{v.cos_to_camera}, mis::pdf_forward{v.pdf_to_camera},
+                                      mis::pdf_reverse{v.pdf_to_light}, v.merge_factor);
         }
     }
 
@@ -368,16 +376,18 @@ template <class Heuristic> struct renderer {
         if (t.kind == technique_kind::camera_hit)
             return weigh.camera_hit(light.front(), lens());
         if (t.kind == technique_kind::merge)
-            return weigh.merge(
-                camera[s - 1], light[s - 1], mis::per_solid_angle<double>{x()[s - 1].pdf_to_light},
-                mis::per_solid_angle<double>{x()[s - 1].pdf_to_camera}, x()[s - 1].merge_factor);
+            return weigh.merge(camera[s - 1], light[s - 1], mis::pdf_to_light{x()[s - 1].pdf_to_light},
+                               mis::pdf_to_camera{x()[s - 1].pdf_to_camera}, x()[s - 1].merge_factor);
         const auto &a = x()[s - 1], &b = x()[s];
-        const double d2 = a.distance2_to_light, there = b.pdf_distance_from_camera,
-                     back = a.pdf_distance_from_light;
-        const mis::subpath_end<double> camera_end{camera[s - 1], a.cos_to_light, a.pdf_to_light,
-                                                  a.pdf_to_camera, a.merge_factor};
-        const mis::subpath_end<double> light_end{light[s], b.cos_to_camera, b.pdf_to_camera, b.pdf_to_light,
-                                                 b.merge_factor};
+        const mis::squared_distance d2{a.distance2_to_light};
+        const mis::pdf_distance_to_light there{b.pdf_distance_from_camera};
+        const mis::pdf_distance_to_camera back{a.pdf_distance_from_light};
+        const mis::subpath_end<double> camera_end{camera[s - 1], mis::cosine{a.cos_to_light},
+                                                  mis::pdf_forward{a.pdf_to_light},
+                                                  mis::pdf_reverse{a.pdf_to_camera}, a.merge_factor};
+        const mis::subpath_end<double> light_end{light[s], mis::cosine{b.cos_to_camera},
+                                                 mis::pdf_forward{b.pdf_to_camera},
+                                                 mis::pdf_reverse{b.pdf_to_light}, b.merge_factor};
         switch (t.kind) {
         case technique_kind::direct:
             return weigh.direct(lens(), lamp(), d2);

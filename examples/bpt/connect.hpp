@@ -67,7 +67,7 @@ mis::subpath_end<Real> complete_end(vertex<Real>& x, const vec3<Real>& across, w
     const Real forward = density(*x.material, x.point, x.towards_previous, across);
     const Real back = density(*x.material, x.point, across, x.towards_previous);
     record_scatter(x, kind, cosine, forward, back);
-    return {x.state, cosine, forward, back};
+    return {x.state, mis::cosine{cosine}, mis::pdf_forward{forward}, mis::pdf_reverse{back}};
 }
 
 // s >= 2: the camera walk has hit a light.
@@ -111,7 +111,7 @@ void next_event(sample_pair<Real, Weights>& pair, int s, pcg32& rng, Sink&& sink
     const Real samples = pair.weigh.counts.next_event * y.record.pdf_next_event;
     const color<Real> value = x.throughput * f * emitted * (y.record.cos_to_camera / (distance2 * samples));
     sink(made_by(mis::technique_kind::next_event, s, s + 1, pair.pixel, value), path,
-         [&] { return pair.weigh.next_event(end, light_end_point(y), distance2); });
+         [&] { return pair.weigh.next_event(end, light_end_point(y), mis::squared_distance{distance2}); });
 }
 
 // The ends of a camera walk of s and a light walk of t vertices are joined.
@@ -133,7 +133,7 @@ void connection(sample_pair<Real, Weights>& pair, int s, int t, Sink&& sink) {
     tell_connection(pair.weigh.mistakes, x, y, to_light, distance2);
     const color<Real> value = x.throughput * f * y.throughput / distance2;
     sink(made_by(mis::technique_kind::connection, s, s + t, pair.pixel, value), path,
-         [&] { return pair.weigh.connection(camera_end, light_end, distance2); });
+         [&] { return pair.weigh.connection(camera_end, light_end, mis::squared_distance{distance2}); });
 }
 
 // The end of a light walk of t vertices is joined to a point of the lens; t = 1 is the technique `direct`.
@@ -168,15 +168,19 @@ void camera_connection(sample_pair<Real, Weights>& pair, int t, pcg32& rng, Sink
     const color<Real> value = f * (lens.record.pdf_to_light / distance2);
     if (direct) {
         tell_end(pair.weigh.mistakes, pair.scene, y);
-        sink(made_by(mis::technique_kind::direct, 1, 2, pixel, value / pair.weigh.counts.direct), path,
-             [&] { return pair.weigh.direct(camera_end_point(lens), light_end_point(y), distance2); });
+        sink(made_by(mis::technique_kind::direct, 1, 2, pixel, value / pair.weigh.counts.direct), path, [&] {
+            return pair.weigh.direct(camera_end_point(lens), light_end_point(y),
+                                     mis::squared_distance{distance2});
+        });
         return;
     }
     const mis::subpath_end<Real> light_end = complete_end(y, -leaving, walk_kind::from_light);
     tell_scatter(pair.weigh.mistakes, y, walk_kind::from_light, -leaving);
     const color<Real> share = value / pair.weigh.counts.camera_connection;
-    sink(made_by(mis::technique_kind::camera_connection, 1, t + 1, pixel, share), path,
-         [&] { return pair.weigh.camera_connection(camera_end_point(lens), light_end, distance2); });
+    sink(made_by(mis::technique_kind::camera_connection, 1, t + 1, pixel, share), path, [&] {
+        return pair.weigh.camera_connection(camera_end_point(lens), light_end,
+                                            mis::squared_distance{distance2});
+    });
 }
 
 // All techniques that are switched on, on all vertices. The sink is given the contribution without its

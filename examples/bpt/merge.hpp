@@ -72,13 +72,16 @@ void for_each_near(const photon_map<Real>& map, const vec3<Real>& position, Real
 // A merge joins the camera walk's vertex to the light walk's edge that ends in the photon. Both directions
 // are the camera vertex' BSDF's. But the survival in to_camera is the photon's: it is the light walk that
 // would have gone on from there.
-template <class Real> struct merge_densities { mis::per_solid_angle<Real> to_light, to_camera; };
+template <class Real> struct merge_densities {
+    mis::pdf_to_light<Real> to_light;
+    mis::pdf_to_camera<Real> to_camera;
+};
 template <class Real>
 merge_densities<Real> densities_of_merge(const vertex<Real>& x, const photon<Real>& photon) {
     bpt::material<Real> light_side = *x.material;
     light_side.survival = photon.survival;
-    return {mis::per_solid_angle{density(*x.material, x.point, x.towards_previous, photon.towards_previous)},
-            mis::per_solid_angle{density(light_side, x.point, photon.towards_previous, x.towards_previous)}};
+    return {mis::pdf_to_light{density(*x.material, x.point, x.towards_previous, photon.towards_previous)},
+            mis::pdf_to_camera{density(light_side, x.point, photon.towards_previous, x.towards_previous)}};
 }
 
 // The complete path of a merge with the end of a light walk of t vertices. It takes the photon's cosine and

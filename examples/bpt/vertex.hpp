@@ -62,11 +62,13 @@ template <class Real> Real shading_cosine(const vertex<Real>& x, const vec3<Real
 // The end points as the weights want them.
 template <class Real> mis::end_point<Real> camera_end_point(const vertex<Real>& x) {
     const auto& r = x.record;
-    return {r.pdf_position, r.pdf_next_event, r.pdf_to_light, r.cos_to_light, !r.dirac};
+    return {mis::pdf_position{r.pdf_position}, mis::pdf_next_event{r.pdf_next_event},
+            mis::pdf_direction{r.pdf_to_light}, mis::cosine{r.cos_to_light}, !r.dirac};
 }
 template <class Real> mis::end_point<Real> light_end_point(const vertex<Real>& x) {
     const auto& r = x.record;
-    return {r.pdf_position, r.pdf_next_event, r.pdf_to_camera, r.cos_to_camera, !r.dirac};
+    return {mis::pdf_position{r.pdf_position}, mis::pdf_next_event{r.pdf_next_event},
+            mis::pdf_direction{r.pdf_to_camera}, mis::cosine{r.cos_to_camera}, !r.dirac};
 }
 
 // ---- Lights ----

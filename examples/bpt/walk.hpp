@@ -48,8 +48,9 @@ bool scatter(vertex<Real>& x, const Weights& weigh, walk_kind kind, pcg32& rng,
         const Real cos_in = geometric_cosine(x, x.towards_previous);
         const Real cos_out = geometric_cosine(x, lobe.to);
         to = lobe.to;
-        state = weigh.scatter_dirac(x.state, cos_in, lobe.probability, lobe.probability, lobe.eta_from,
-                                    lobe.eta_to);
+        state = weigh.scatter_dirac(x.state, mis::cosine{cos_in}, mis::pdf_forward{lobe.probability},
+                                    mis::pdf_reverse{lobe.probability}, mis::eta_in{lobe.eta_from},
+                                    mis::eta_out{lobe.eta_to});
         throughput = x.throughput * lobe.value * (radiance_scale(lobe, kind) / lobe.probability);
         const bool camera = kind == walk_kind::from_camera;
         x.eta_to_camera = camera ? lobe.eta_from : lobe.eta_to;
@@ -66,7 +67,8 @@ bool scatter(vertex<Real>& x, const Weights& weigh, walk_kind kind, pcg32& rng,
     const Real cos_out = geometric_cosine(x, to);
     const Real forward = density(m, x.point, x.towards_previous, to);
     const Real reverse = density(m, x.point, to, x.towards_previous);
-    state = weigh.scatter(x.state, cos_out, mis::per_solid_angle{forward}, mis::per_solid_angle{reverse});
+    state =
+        weigh.scatter(x.state, mis::cosine{cos_out}, mis::pdf_forward{forward}, mis::pdf_reverse{reverse});
     throughput = x.throughput * f / forward;
     record_scatter(x, kind, cos_out, forward, reverse);
     tell_scatter(weigh.mistakes, x, kind, to);
@@ -104,7 +106,7 @@ void continue_walk(const scene<Real>& scene, const Weights& weigh, walk_kind kin
         const Real cos_in = geometric_cosine(x, ray.direction);
         (camera ? x.record.cos_to_camera : x.record.cos_to_light) = cos_in;
         (camera ? previous : x).record.distance2_to_light = distance2;
-        x.state = weigh.arrive(state, distance2, cos_in);
+        x.state = weigh.arrive(state, mis::squared_distance{distance2}, mis::cosine{cos_in});
         tell_arrival(weigh.mistakes, previous, x, kind, ray.direction);
         walk.push_back(x);
         const bool stays = camera && weigh.merges_once && can_join(x);

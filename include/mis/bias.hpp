@@ -28,6 +28,7 @@ namespace mis {
 template <class T>
 MIS_HOST_DEVICE constexpr T bias_aware_density(T density, detail::identity_t<T> relative_bias,
                                                detail::identity_t<T> domain_measure) {
+    detail::expect_real<T>();
     detail::assert_density(density);
     detail::assert_density(relative_bias);
     detail::assert_density(domain_measure);
@@ -86,6 +87,7 @@ MIS_HOST_DEVICE constexpr T next_squared_radius(T squared_radius, long long iter
 template <class T>
 MIS_HOST_DEVICE T progressive_radius(T first_radius, long long iteration,
                                      detail::identity_t<T> alpha = optimal_alpha<T>) {
+    detail::expect_real<T>();
     using std::pow;
     using W = detail::wide_t<T>;
     const W exponent = (static_cast<W>(alpha) - W(1)) / W(2);

@@ -23,6 +23,12 @@ template <class T> struct wide { using type = T; };
 template <> struct wide<float> { using type = double; };
 template <class T> using wide_t = typename wide<T>::type;
 
+// Counts and densities are real numbers. In integers products and quotients would be something else.
+template <class T> MIS_HOST_DEVICE constexpr void expect_real() {
+    static_assert(!std::is_integral_v<T>,
+                  "mis: counts, densities and throughputs are real numbers: write float(pixels), 3.f, not 3");
+}
+
 // Keeps the argument next to it from taking part in template argument deduction.
 template <class T> struct identity { using type = T; };
 template <class T> using identity_t = typename identity<T>::type;

@@ -30,6 +30,7 @@ enum class heuristic_kind : unsigned char { average, balance, power, cutoff, max
 // Weight of the first of two techniques with effective densities a and b.
 template <class Heuristic, class T>
 MIS_HOST_DEVICE constexpr T weight_of_first(const Heuristic& heuristic, T a, T b) {
+    detail::expect_real<T>();
     detail::assert_density(a);
     detail::assert_density(b);
     using W = detail::wide_t<T>;
@@ -163,6 +164,7 @@ template <class T> struct normalizer {
 
 template <class Heuristic, class T>
 MIS_HOST_DEVICE constexpr normalizer<T> normalize(const Heuristic& heuristic, const T* densities, int count) {
+    expect_real<T>();
     using W = wide_t<T>;
     normalizer<T> n{W(0), W(0)};
     for (int i = 0; i < count; ++i) {

@@ -15,6 +15,90 @@ template <class T> per_solid_angle(T) -> per_solid_angle<T>;
 template <class T> per_area(T) -> per_area<T>;
 template <class T> per_volume(T) -> per_volume<T>;
 
+// The roles of the numbers that the weights of subpath.hpp take. Several of one measure stand beside each
+// other there, and exchanging two of them leaves no trace but a wrong image; so each is named where it is
+// given, `mis::pdf_forward{p}`, and a bare number, or one of another role, does not compile. They cost
+// nothing.
+
+// |cos| between the *geometric* normal and an edge. 1 in a medium, at a point light, at infinity.
+template <class T> struct cosine {
+    T value;
+    MIS_HOST_DEVICE constexpr explicit cosine(T x) : value(x) {}
+};
+// The square of an edge's length. 1 for an edge to or from infinity.
+template <class T> struct squared_distance {
+    T value;
+    MIS_HOST_DEVICE constexpr explicit squared_distance(T x) : value(x) {}
+};
+
+// At a walk's vertex, per solid angle, roulette survival included: of the direction in which the walk goes
+// on, given where it came from; and of the direction back to where it came from, given the one in which it
+// goes on. At a Dirac scatterer the discrete probabilities of the lobe, likewise.
+template <class T> struct pdf_forward {
+    T value;
+    MIS_HOST_DEVICE constexpr explicit pdf_forward(T x) : value(x) {}
+};
+template <class T> struct pdf_reverse {
+    T value;
+    MIS_HOST_DEVICE constexpr explicit pdf_reverse(T x) : value(x) {}
+};
+// At a vertex where both walks have arrived, by the path's ends instead of a walk's way: omega->, omega<-.
+template <class T> struct pdf_to_light {
+    T value;
+    MIS_HOST_DEVICE constexpr explicit pdf_to_light(T x) : value(x) {}
+};
+template <class T> struct pdf_to_camera {
+    T value;
+    MIS_HOST_DEVICE constexpr explicit pdf_to_camera(T x) : value(x) {}
+};
+
+// At the camera or a light: of the point as its own walk's start, and as sampled for the end of the other
+// walk, both per area (an infinite light's per solid angle), selection of the light included; and of the
+// walk's first direction, per solid angle (an infinite light's per area of the perpendicular disk).
+template <class T> struct pdf_position {
+    T value;
+    MIS_HOST_DEVICE constexpr explicit pdf_position(T x) : value(x) {}
+};
+template <class T> struct pdf_next_event {
+    T value;
+    MIS_HOST_DEVICE constexpr explicit pdf_next_event(T x) : value(x) {}
+};
+template <class T> struct pdf_direction {
+    T value;
+    MIS_HOST_DEVICE constexpr explicit pdf_direction(T x) : value(x) {}
+};
+
+// The refractive index on the side from which a walk comes to a Dirac scatterer, and on that to which it
+// leaves.
+template <class T> struct eta_in {
+    T value;
+    MIS_HOST_DEVICE constexpr explicit eta_in(T x) : value(x) {}
+};
+template <class T> struct eta_out {
+    T value;
+    MIS_HOST_DEVICE constexpr explicit eta_out(T x) : value(x) {}
+};
+
+// In media, of the distance that a walk travels along an edge, per length: in the walk's direction and in the
+// other; or towards the light (a camera walk) and towards the camera (a light walk). Behind a medium: the
+// probability of reaching the vertex.
+template <class T> struct pdf_distance_forward {
+    T value;
+    MIS_HOST_DEVICE constexpr explicit pdf_distance_forward(T x) : value(x) {}
+};
+template <class T> struct pdf_distance_reverse {
+    T value;
+    MIS_HOST_DEVICE constexpr explicit pdf_distance_reverse(T x) : value(x) {}
+};
+template <class T> struct pdf_distance_to_light {
+    T value;
+    MIS_HOST_DEVICE constexpr explicit pdf_distance_to_light(T x) : value(x) {}
+};
+template <class T> struct pdf_distance_to_camera {
+    T value;
+    MIS_HOST_DEVICE constexpr explicit pdf_distance_to_camera(T x) : value(x) {}
+};
+
 // Density per area of the point that a sampled direction hits: p |cos| / d^2, [J] 2. cos is at the hit point,
 // between its *geometric* normal and the edge. From a direction at infinity (an environment) there is no
 // distance: pass distance2 = 1. At distance 0 the result is infinite.

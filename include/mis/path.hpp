@@ -109,7 +109,7 @@ template <class T> struct area_vertex {
 namespace detail {
 
 template <class Vec, class T>
-MIS_HOST_DEVICE constexpr T squared_distance(const path_vertex<Vec, T>& a, const path_vertex<Vec, T>& b) {
+MIS_HOST_DEVICE constexpr T edge_squared(const path_vertex<Vec, T>& a, const path_vertex<Vec, T>& b) {
     if (a.kind == vertex_kind::infinite_light || b.kind == vertex_kind::infinite_light)
         return T(1);
     const Vec edge = b.position - a.position;
@@ -148,7 +148,7 @@ MIS_HOST_DEVICE measured_vertex<T> measure(const path_vertex<Vec, T>* path, int 
         m.cos_to_camera = detail::cosine_towards(x, path[i - 1]);
     if (i < n - 1) {
         m.cos_to_light = detail::cosine_towards(x, path[i + 1]);
-        m.distance2_to_light = detail::squared_distance(x, path[i + 1]);
+        m.distance2_to_light = detail::edge_squared(x, path[i + 1]);
     }
     return m;
 }

@@ -65,6 +65,9 @@ MIS_HOST_DEVICE constexpr int technique_index(int n, technique t) {
 // it, an expected number of splits, the area of a merge) is multiplied in here. Multiplying all counts by one
 // positive factor changes no weight.
 template <class T> struct technique_counts {
+    static_assert(!std::is_integral_v<T>,
+                  "mis: counts are real numbers: write mis::bidirectional(float(pixels)), not (pixels)");
+
     T light_hit = 0;         // camera walks per pixel, as are next_event's and connection's
     T next_event = 0;        // light points sampled at each camera vertex
     T connection = 0;        // light vertices of each depth joined to each camera vertex
@@ -165,16 +168,17 @@ MIS_HOST_DEVICE constexpr technique_counts<T> random_connection(technique_counts
     return counts;
 }
 
-// The well-known algorithms are sets of counts, [H] 4.4. Light walks are counted per image, with densities of
+// The well-known algorithms are sets of counts, [H] 4.4, in the scalar of their arguments; path_tracing(),
+// which has none, in float. Light walks are counted per image, with densities of
 // the camera's directions per pixel and one camera walk per pixel; any other ratio may be set afterwards.
-template <class T> MIS_HOST_DEVICE constexpr technique_counts<T> path_tracing() {
+template <class T = float> MIS_HOST_DEVICE constexpr technique_counts<T> path_tracing() {
     technique_counts<T> counts;
     counts.light_hit = T(1);
     return counts;
 }
 
 // Path tracing that also samples lights at every vertex.
-template <class T>
+template <class T = float>
 MIS_HOST_DEVICE constexpr technique_counts<T> path_tracing_next_event(T light_samples = T(1)) {
     technique_counts<T> counts;
     counts.light_hit = T(1);
@@ -201,7 +205,8 @@ template <class T> MIS_HOST_DEVICE constexpr technique_counts<T> bidirectional(T
 }
 
 // Merges at every vertex, and light hits.
-template <class T> MIS_HOST_DEVICE constexpr technique_counts<T> photon_mapping(T light_walks, T radius) {
+template <class T>
+MIS_HOST_DEVICE constexpr technique_counts<T> photon_mapping(T light_walks, detail::identity_t<T> radius) {
     technique_counts<T> counts;
     counts.light_hit = T(1);
     counts.merge = light_walks;
@@ -210,7 +215,8 @@ template <class T> MIS_HOST_DEVICE constexpr technique_counts<T> photon_mapping(
 
 // Vertex connection and merging [G], unified path sampling [H].
 template <class T>
-MIS_HOST_DEVICE constexpr technique_counts<T> connection_and_merging(T light_walks, T radius) {
+MIS_HOST_DEVICE constexpr technique_counts<T> connection_and_merging(T light_walks,
+                                                                     detail::identity_t<T> radius) {
     technique_counts<T> counts = bidirectional(light_walks);
     counts.merge = light_walks;
     return times_merge_area(counts, radius);

@@ -15,6 +15,7 @@ namespace mis {
 // n / S. A technique that takes no samples has density 0, whatever its throughput; one that cannot make the
 // path at all has S = +infinity and density 0; S = 0 (a path without contribution) gives +infinity.
 template <class T> MIS_HOST_DEVICE constexpr T density_from_throughput(T count, T throughput) {
+    detail::expect_real<T>();
     return detail::select(count > T(0), count / throughput, T(0));
 }
 
@@ -23,6 +24,7 @@ template <class T> MIS_HOST_DEVICE constexpr T density_from_throughput(T count, 
 template <class T>
 MIS_HOST_DEVICE constexpr void densities_from_throughputs(const T* counts, const T* throughputs, int count,
                                                           T* out) {
+    detail::expect_real<T>();
     using W = detail::wide_t<T>;
     W least = detail::limits<W>::largest;
     for (int i = 0; i < count; ++i) {

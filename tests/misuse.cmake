@@ -1,0 +1,31 @@
+# Compiles each case of ${SOURCE} with ${COMPILER}: all must fail, with the message that stands beside it, in one line
+# that a reader finds; without a case it compiles.
+cmake_minimum_required(VERSION 3.21)
+
+function(compile number)
+    execute_process(COMMAND ${COMPILER} -std=c++17 -fsyntax-only -I ${INCLUDE} -DMISUSE=${number} ${SOURCE}
+                    RESULT_VARIABLE status OUTPUT_QUIET ERROR_VARIABLE text)
+    set(status ${status} PARENT_SCOPE)
+    set(text "${text}" PARENT_SCOPE)
+endfunction()
+
+compile(0)
+if(NOT status EQUAL 0)
+    message(FATAL_ERROR "right use does not compile:\n${text}")
+endif()
+file(STRINGS ${SOURCE} cases REGEX "CASE.[0-9]+. //")
+list(LENGTH cases count)
+if(count LESS 13)
+    message(FATAL_ERROR "${count} cases found in ${SOURCE}")
+endif()
+foreach(case IN LISTS cases)
+    string(REGEX MATCH "CASE.([0-9]+). // (.*)$" matched "${case}")
+    set(number ${CMAKE_MATCH_1})
+    string(REGEX REPLACE "([()])" "[\\1]" expected "${CMAKE_MATCH_2}")
+    compile(${number})
+    if(status EQUAL 0)
+        message(SEND_ERROR "case ${number} compiles")
+    elseif(NOT text MATCHES "error: [^\n]*${expected}")
+        message(SEND_ERROR "case ${number} does not say '${expected}':\n${text}")
+    endif()
+endforeach()
