@@ -5,7 +5,7 @@
 #include <benchmark/benchmark.h>
 #include <cstdio>
 #include <cstdlib>
-#include <render.hpp>
+#include <lab/render.hpp>
 #include <report.hpp>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -25,21 +25,21 @@ struct dump {
 }
 
 // Paths of a scene with all kinds of vertices and lights, made by all techniques: at most 10,000.
-dump rendered(const bpt::mistake_set& mistakes) {
+dump rendered(const lab::mistake_set& mistakes) {
     constexpr int width = 48, records = 10'000;
-    const auto scene = bpt::scaled(bpt::make_scene<double>("mixed"), 0.01);
-    bpt::settings<double> s;
+    const auto scene = lab::scaled(lab::make_scene<double>("mixed"), 0.01);
+    lab::settings<double> s;
     s.width = width;
     s.passes = 1;
     s.check_weights = false;
     s.dump_paths = records / width;
-    s.heuristic = {bpt::heuristic_kind::power, 2};
+    s.heuristic = {lab::heuristic_kind::power, 2};
     s.merge_radius = 0.01 * scene.radius;
     s.counts = mis::connection_and_merging<double>(width * width, s.merge_radius);
     s.counts.next_event = 2;
     s.mistakes = mistakes;
     dump d;
-    bpt::render(scene, s, [&](const bpt::pass_result<double>& result) {
+    lab::render(scene, s, [&](const lab::pass_result<double>& result) {
         for (const auto& row : result.rows)
             for (const auto& line : row.dump)
                 d.lines += line + '\n', ++d.records;
@@ -53,8 +53,8 @@ const dump& right_dump() {
 }
 const dump& wrong_dump() {
     static const dump d = [] {
-        bpt::mistake_set set;
-        set.planted.set(static_cast<std::size_t>(bpt::mistake::solid_angle_as_area));
+        lab::mistake_set set;
+        set.planted.set(static_cast<std::size_t>(lab::mistake::solid_angle_as_area));
         return rendered(set);
     }();
     return d;

@@ -1,14 +1,15 @@
 // The reference renderer's optimal weights: they are the weights of the formula, and change no image in the
 // mean.
-#include <algorithms.hpp>
+#include <bpt/algorithms.hpp>
 #include <doctest/doctest.h>
-#include <optimal.hpp>
-#include <render.hpp>
+#include <lab/optimal.hpp>
+#include <lab/render.hpp>
 
 namespace {
 
 using real = double;
-using namespace bpt;
+using namespace lab;
+using lab::renderer, lab::settings;
 
 constexpr int width = 16, tile = 4, tiles = width / tile * (width / tile);
 

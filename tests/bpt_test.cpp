@@ -2,13 +2,14 @@
 // path length.
 #include <array>
 #include <doctest/doctest.h>
+#include <lab/render.hpp>
 #include <nlohmann/json.hpp>
-#include <render.hpp>
 
 namespace {
 
 using real = double;
-using namespace bpt;
+using namespace lab;
+using lab::renderer, lab::settings;
 
 constexpr int width = 32, blocks_across = 4, blocks = blocks_across * blocks_across;
 constexpr int batches = 32;
@@ -102,39 +103,40 @@ std::vector<expectation> render_reference(const scene<real>& scene, const std::v
     everything.direct = pixels;
     const any_heuristic balance{heuristic_kind::balance, 2};
     const auto set = settings_for(everything, balance, 1, passes_per_batch);
-    const renderer<real> renderer(scene, set);
+    const auto renderer = make_renderer(scene, set);
     std::vector<expectation> total(estimators.size());
     std::vector<std::vector<expectation>> rows(width, total);
     in_parallel(set.threads, width, [&](int row) {
         auto& expected = rows[static_cast<std::size_t>(row)];
         for (int pass = 0; pass < set.passes; ++pass)
-            renderer.render_row(pass, row, [&](const contribution<real>& c, const complete_path<real>& path) {
-                const int n = path.size;
-                mis::measured_vertex<double> records[longest_path];
-                records_of(path, records);
-                double densities[mis::technique_count(longest_path)];
-                mis::relative_densities(everything, records, n, densities);
-                const double own = densities[mis::technique_index(n, c.technique)];
-                const double value = bpt::sum(c.value), weighted = value * c.weight;
-                const double squared =
-                    weighted * value *
-                    squared_per_contribution(balance, everything, records, n, densities, own);
-                for (std::size_t k = 0; k < estimators.size(); ++k) {
-                    const double moment = squared_per_contribution(
-                        estimators[k].heuristic, estimators[k].counts, records, n, densities, own);
-                    if (moment == 0)
-                        continue; // cannot make this path
-                    cell& light =
-                        expected[k]
-                            .light[static_cast<std::size_t>(n)][static_cast<std::size_t>(block_of(c.pixel))];
-                    cell& predicted = expected[k].predicted[static_cast<std::size_t>(n)]
-                                                           [static_cast<std::size_t>(block_of(c.pixel))];
-                    light.sum[static_cast<std::size_t>(pass / passes_per_batch)] +=
-                        weighted / passes_per_batch;
-                    light.second_moment += squared / set.passes;
-                    predicted.second_moment += weighted * value * moment / set.passes;
-                }
-            });
+            renderer.render_row(
+                pass, row, [&](const contribution<real>& c, const complete_path<real>& complete) {
+                    const auto path = look_at(scene, width, complete);
+                    const int n = path.size;
+                    mis::measured_vertex<double> records[longest_path];
+                    records_of(path, records);
+                    double densities[mis::technique_count(longest_path)];
+                    mis::relative_densities(everything, records, n, densities);
+                    const double own = densities[mis::technique_index(n, c.technique)];
+                    const double value = lab::sum(c.value), weighted = value * c.weight;
+                    const double squared =
+                        weighted * value *
+                        squared_per_contribution(balance, everything, records, n, densities, own);
+                    for (std::size_t k = 0; k < estimators.size(); ++k) {
+                        const double moment = squared_per_contribution(
+                            estimators[k].heuristic, estimators[k].counts, records, n, densities, own);
+                        if (moment == 0)
+                            continue; // cannot make this path
+                        cell& light = expected[k].light[static_cast<std::size_t>(n)]
+                                                       [static_cast<std::size_t>(block_of(c.pixel))];
+                        cell& predicted = expected[k].predicted[static_cast<std::size_t>(n)]
+                                                               [static_cast<std::size_t>(block_of(c.pixel))];
+                        light.sum[static_cast<std::size_t>(pass / passes_per_batch)] +=
+                            weighted / passes_per_batch;
+                        light.second_moment += squared / set.passes;
+                        predicted.second_moment += weighted * value * moment / set.passes;
+                    }
+                });
     });
     for (const auto& row : rows)
         for (std::size_t k = 0; k < estimators.size(); ++k) {
@@ -150,15 +152,19 @@ measurement render_estimator(scene<real> scene, const estimator& e, std::uint64_
             m.survival = 1;
     auto set = settings_for(e.counts, e.heuristic, seed, e.passes_per_batch);
     set.random_connection = e.random_connection;
-    const renderer<real> renderer(scene, set);
+    const auto renderer = make_renderer(scene, set);
     std::vector<measurement> rows(width);
     in_parallel(set.threads, width, [&](int row) {
         for (int pass = 0; pass < set.passes; ++pass)
             renderer.render_row(pass, row, [&](const contribution<real>& c, const complete_path<real>& path) {
-                cell& light = rows[static_cast<std::size_t>(row)][static_cast<std::size_t>(path.size)]
+                const real weight =
+                    takes_whole_path(renderer)
+                        ? weight_by_records(renderer, look_at(scene, width, path), c.technique)
+                        : c.weight;
+                cell& light = rows[static_cast<std::size_t>(row)][static_cast<std::size_t>(c.vertices)]
                                   [static_cast<std::size_t>(block_of(c.pixel))];
                 light.sum[static_cast<std::size_t>(pass / e.passes_per_batch)] +=
-                    bpt::sum(c.value) * c.weight / e.passes_per_batch;
+                    lab::sum(c.value) * weight / e.passes_per_batch;
             });
     });
     measurement total{};

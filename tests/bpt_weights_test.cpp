@@ -1,15 +1,16 @@
 // The reference renderer's weights, small and quick: three ways agree under every heuristic and mode, results
 // do not depend on threads, and a dumped path has all that its weight needs.
-#include <algorithms.hpp>
 #include <array>
+#include <bpt/algorithms.hpp>
 #include <cstdio>
 #include <doctest/doctest.h>
-#include <film.hpp>
-#include <render.hpp>
+#include <lab/pictures.hpp>
+#include <lab/render.hpp>
 
 namespace {
 
-using namespace bpt;
+using namespace lab;
+using lab::renderer, lab::settings;
 
 constexpr heuristic_kind heuristics[] = {heuristic_kind::average, heuristic_kind::balance,
                                          heuristic_kind::power, heuristic_kind::cutoff,
@@ -101,9 +102,9 @@ TEST_CASE("recursion, densities and throughputs agree where walks merge") {
 namespace {
 
 template <class Real>
-std::vector<contribution<Real>> contributions_of(const settings<Real>& set,
-                                                 const std::string& name = "mixed") {
-    std::vector<contribution<Real>> all;
+std::vector<weighed_contribution<Real>> contributions_of(const settings<Real>& set,
+                                                         const std::string& name = "mixed") {
+    std::vector<weighed_contribution<Real>> all;
     const auto scene = make_scene<Real>(name);
     render(scene, set, [&](const pass_result<Real>& result) {
         for (const auto& row : result.rows)
@@ -125,7 +126,8 @@ template <class Real> std::array<int, 2> count_ties() {
 }
 
 // All that a renderer's contributions consist of, to be compared exactly.
-template <class Real> std::vector<Real> numbers_of(const std::vector<contribution<Real>>& contributions) {
+template <class Real>
+std::vector<Real> numbers_of(const std::vector<weighed_contribution<Real>>& contributions) {
     std::vector<Real> numbers;
     for (const auto& c : contributions)
         numbers.insert(numbers.end(),
@@ -208,34 +210,48 @@ TEST_CASE("the number of threads changes nothing, to the last bit") {
     }
 }
 
-TEST_CASE("a photon map without whole light walks changes nothing, to the last bit") {
+TEST_CASE("looking at paths changes nothing, to the last bit") {
     const auto compare = [](auto set) {
-        const auto with_walks = numbers_of(contributions_of(set));
-        CHECK(with_walks.size() > 1000);
+        const auto looked_at = numbers_of(contributions_of(set));
+        CHECK(looked_at.size() > 1000);
         set.check_weights = false;
-        const auto without = numbers_of(contributions_of(set));
-        CHECK(without == with_walks);
-        const auto scene = make_scene<std::decay_t<decltype(set.merge_radius)>>("mixed");
-        CHECK(renderer(scene, set).trace_light_walks(0).walks.empty());
+        CHECK(numbers_of(contributions_of(set)) == looked_at);
     };
     compare(progressive(merging_settings<double>(heuristic_kind::power, "mixed")));
     compare(progressive(merging_settings<float>(heuristic_kind::maximum, "mixed")));
 }
 
-TEST_CASE("whole light walks are there for everybody who looks at them") {
+TEST_CASE("the renderer alone makes the laboratory's image, to the last bit, with any path_weights") {
+    const auto scene = make_scene<float>("mixed");
+    auto set = progressive(merging_settings<float>(heuristic_kind::power, "mixed"));
+    film looked_at(set.width), alone(set.width);
+    render(scene, set, [&](const pass_result<float>& result) {
+        for (const auto& row : result.rows)
+            for (const auto& c : row.contributions)
+                looked_at.sum.pixels[static_cast<std::size_t>(c.pixel)] +=
+                    glm::dvec3(c.value) * static_cast<double>(c.weight);
+    });
+    const bpt::renderer renderer(scene, set, mis::power);
+    while (alone.passes < set.passes)
+        add_pass(renderer, alone);
+    CHECK(alone.sum.pixels == looked_at.sum.pixels);
+    CHECK(alone.sum.pixels != black(set.width).pixels);
+}
+
+TEST_CASE("whole paths are there for everybody who looks at them") {
     const auto scene = make_scene<double>("mixed");
-    const auto keeps_walks = [&](auto change) {
+    const auto looks = [&](auto change) {
         auto set = merging_settings<double>(heuristic_kind::power, "mixed");
         set.check_weights = false;
         change(set);
-        return !renderer(scene, set).trace_light_walks(0).walks.empty();
+        return looks_at_paths(make_renderer(scene, set), set);
     };
-    CHECK(!keeps_walks([](auto&) {}));
-    CHECK(keeps_walks([](auto& set) { set.check_weights = true; }));
-    CHECK(keeps_walks([](auto& set) { set.dump_paths = 1; }));
-    CHECK(keeps_walks([](auto& set) { set.mistakes.planted.set(0); }));
-    CHECK(keeps_walks([](auto& set) { set.heuristic = {heuristic_kind::cutoff, 0.1}; }));
-    CHECK(keeps_walks([](auto& set) { set.counts.max_light_vertices = 3; }));
+    CHECK(!looks([](auto&) {}));
+    CHECK(looks([](auto& set) { set.check_weights = true; }));
+    CHECK(looks([](auto& set) { set.dump_paths = 1; }));
+    CHECK(looks([](auto& set) { set.mistakes.planted.set(0); }));
+    CHECK(looks([](auto& set) { set.heuristic = {heuristic_kind::cutoff, 0.1}; }));
+    CHECK(looks([](auto& set) { set.counts.max_light_vertices = 3; }));
 }
 
 TEST_CASE("algorithms are sets of counts") {
@@ -289,7 +305,7 @@ TEST_CASE("images are read as they were written, and compared by the root of the
     film.passes = 2;
     film.sum.pixels = {{1, 2, 3}, {0, 0.5, 8}, {0.25, 0, 0}, {4, 4, 4}};
     const std::string file = "bpt_weights_test.exr";
-    write_exr(file, film);
+    bpt::write_exr(file, film);
     image read = read_exr(file, 2);
     CHECK_THROWS_AS(read_exr(file, 3), std::runtime_error);
     CHECK_THROWS_AS(read_exr(file + ".no", 2), std::runtime_error);
@@ -313,7 +329,7 @@ TEST_CASE("merging estimates the same light as the other techniques, but for a s
         render(scene, set, [&](const pass_result<double>& result) {
             for (const auto& row : result.rows)
                 for (const auto& c : row.contributions)
-                    mean += c.vertices > 2 ? bpt::sum(c.value) * c.weight : 0;
+                    mean += c.vertices > 2 ? lab::sum(c.value) * c.weight : 0;
         });
         return mean;
     };
@@ -345,9 +361,10 @@ TEST_CASE("a merge has the directions of the camera's vertex and the survival of
     light.towards_previous = up;
     std::vector<photon<double>> photons;
     add_photons<double>({vertex<double>{}, light}, 0, photons);
-    const auto densities = densities_of_merge(x, photons.at(0));
-    CHECK(densities.to_light.value == doctest::Approx(0.75 / pi<double>));
-    CHECK(densities.to_camera.value == doctest::Approx(0.25 * sideways.y / pi<double>));
+    const auto& photon = photons.at(0);
+    CHECK(merge_density_to_light(x, photon.towards_previous).value == doctest::Approx(0.75 / pi<double>));
+    CHECK(merge_density_to_camera(x, photon.towards_previous, photon.survival).value ==
+          doctest::Approx(0.25 * sideways.y / pi<double>));
 }
 
 TEST_CASE("a merge treats shading normals as the light walk does") {

@@ -25,7 +25,7 @@ foreach(standard 17 20 23)
 endforeach()
 
 list(JOIN headers_that_need_eigen "," need_eigen)
-add_test(NAME headers_include_header_includes
+add_test(NAME header_includes
          COMMAND ${CMAKE_COMMAND} -D INCLUDE=${PROJECT_SOURCE_DIR}/include -D
                  HEADERS_THAT_NEED_EIGEN=${need_eigen} -P
                  ${CMAKE_CURRENT_SOURCE_DIR}/header_includes.cmake)

@@ -7,13 +7,13 @@
 #include <map>
 #include <mis/verify/diagnosis.hpp>
 #include <reader.hpp>
-#include <render.hpp>
+#include <lab/render.hpp>
 #include <unistd.h>
 
 namespace {
 
-using bpt::mistake;
-using bpt::mistake_set;
+using lab::mistake;
+using lab::mistake_set;
 
 constexpr int width = 48, lines_per_row = 41; // 1,968 paths
 
@@ -25,16 +25,16 @@ mistake_set set_of(std::initializer_list<std::size_t> mistakes) {
 }
 
 // A scene and techniques in which all mistakes show, but for two that need rules of their own.
-bpt::settings<double> settings_for(const bpt::scene<double>& scene, const mistake_set& shown) {
-    bpt::settings<double> s;
+lab::settings<double> settings_for(const lab::scene<double>& scene, const mistake_set& shown) {
+    lab::settings<double> s;
     s.width = width;
     s.passes = 1;
     s.threads = 1;
     s.check_weights = false;
     s.dump_paths = lines_per_row;
-    s.heuristic = {bpt::heuristic_kind::power, 2};
+    s.heuristic = {lab::heuristic_kind::power, 2};
     if (shown.has(mistake::maximum_tie))
-        s.heuristic.kind = bpt::heuristic_kind::maximum;
+        s.heuristic.kind = lab::heuristic_kind::maximum;
     // Merges with another material, and of ties, are many where the radius is large.
     const bool merges = shown.has(mistake::maximum_tie) || shown.has(mistake::merge_roulette);
     s.merge_radius = (merges ? 0.06 : 0.01) * scene.radius;
@@ -45,9 +45,9 @@ bpt::settings<double> settings_for(const bpt::scene<double>& scene, const mistak
     return s;
 }
 
-std::vector<std::string> dump_of(const bpt::scene<double>& scene, const bpt::settings<double>& settings) {
+std::vector<std::string> dump_of(const lab::scene<double>& scene, const lab::settings<double>& settings) {
     std::vector<std::string> lines;
-    bpt::render(scene, settings, [&](const bpt::pass_result<double>& result) {
+    lab::render(scene, settings, [&](const lab::pass_result<double>& result) {
         for (const auto& row : result.rows)
             lines.insert(lines.end(), row.dump.begin(), row.dump.end());
     });
@@ -83,7 +83,7 @@ mis::finding diagnose(const std::vector<mis::path_record>& records) {
 // about 1, but in millimetres for floats to overflow.
 std::vector<mis::path_record> paths_with(const mistake_set& planted, const mistake_set& shown) {
     const double scale = shown.has(mistake::power_overflow) ? 1 : 0.01;
-    const auto scene = bpt::scaled(bpt::make_scene<double>("mixed"), scale);
+    const auto scene = lab::scaled(lab::make_scene<double>("mixed"), scale);
     auto settings = settings_for(scene, shown);
     settings.mistakes = planted;
     return records_of(dump_of(scene, settings));
@@ -92,11 +92,11 @@ std::vector<mis::path_record> paths_with(const mistake_set& planted, const mista
 } // namespace
 
 TEST_CASE("every mistake has its name in the library, and the other way about") {
-    for (const char* name : bpt::mistake_names)
+    for (const char* name : lab::mistake_names)
         CHECK(std::any_of(std::begin(mis::mistakes), std::end(mis::mistakes),
                           [&](const mis::mistake& m) { return std::string(m.identifier) == name; }));
     for (const mis::mistake& m : mis::mistakes)
-        CHECK(std::any_of(std::begin(bpt::mistake_names), std::end(bpt::mistake_names),
+        CHECK(std::any_of(std::begin(lab::mistake_names), std::end(lab::mistake_names),
                           [&](const char* name) { return std::string(m.identifier) == name; }));
 }
 
@@ -104,9 +104,9 @@ namespace {
 
 // All mistakes that are named for each that is planted alone, from records changed by `change`.
 template <class Change> std::vector<std::string> names_of_singles(Change&& change) {
-    std::vector<std::string> names(bpt::mistake_count);
+    std::vector<std::string> names(lab::mistake_count);
     std::printf("%-24s %8s %8s   %s\n", "planted", "wrong", "explained", "named");
-    for (std::size_t k = 0; k < bpt::mistake_count; ++k) {
+    for (std::size_t k = 0; k < lab::mistake_count; ++k) {
         auto records = paths_with(set_of({k}), set_of({k}));
         CHECK(records.size() > 1900);
         CHECK(records.size() <= 2000);
@@ -117,7 +117,7 @@ template <class Change> std::vector<std::string> names_of_singles(Change&& chang
         for (const auto& s : f.suspects)
             all += (all.empty() ? "" : ", ") + std::string(s.mistake->identifier);
         names[k] = all.empty() ? "unexplained" : all;
-        std::printf("%-24s %8d %8d   %s\n", bpt::mistake_names[k], static_cast<int>(f.disagreeing),
+        std::printf("%-24s %8d %8d   %s\n", lab::mistake_names[k], static_cast<int>(f.disagreeing),
                     static_cast<int>(f.explained), names[k].c_str());
     }
     return names;
@@ -147,14 +147,14 @@ void drop_geometry(mis::path_record& record) {
 
 TEST_CASE("each mistake alone is named, and nothing else") {
     const auto names = names_of_singles([](mis::path_record&) {});
-    for (std::size_t k = 0; k < bpt::mistake_count; ++k)
-        CHECK(names[k] == bpt::mistake_names[k]);
+    for (std::size_t k = 0; k < lab::mistake_count; ++k)
+        CHECK(names[k] == lab::mistake_names[k]);
 }
 
 TEST_CASE("each mistake alone is named from area densities and geometry") {
     const auto names = names_of_singles(keep_area_densities);
-    for (std::size_t k = 0; k < bpt::mistake_count; ++k)
-        CHECK(names[k] == bpt::mistake_names[k]);
+    for (std::size_t k = 0; k < lab::mistake_count; ++k)
+        CHECK(names[k] == lab::mistake_names[k]);
 }
 
 TEST_CASE("from area densities alone, each mistake is named that is not in the geometry itself") {
@@ -162,12 +162,12 @@ TEST_CASE("from area densities alone, each mistake is named that is not in the g
         keep_area_densities(record);
         drop_geometry(record);
     });
-    for (std::size_t k = 0; k < bpt::mistake_count; ++k) {
+    for (std::size_t k = 0; k < lab::mistake_count; ++k) {
         const auto m = static_cast<mistake>(k);
         const bool is_geometry = m == mistake::shading_normal || m == mistake::dirac_etendue ||
                                  m == mistake::environment_measure || m == mistake::solid_angle_as_area ||
                                  m == mistake::reverse_is_forward;
-        CHECK(names[k] == (is_geometry ? "unexplained" : bpt::mistake_names[k]));
+        CHECK(names[k] == (is_geometry ? "unexplained" : lab::mistake_names[k]));
     }
 }
 
@@ -175,44 +175,44 @@ namespace {
 
 // 2,500 paths of a renderer without mistakes; without merges in float.
 template <class Real>
-std::vector<mis::path_record> right_paths(const std::string& name, bpt::heuristic_kind kind) {
-    const auto scene = bpt::make_scene<Real>(name);
-    bpt::settings<Real> s;
+std::vector<mis::path_record> right_paths(const std::string& name, lab::heuristic_kind kind) {
+    const auto scene = lab::make_scene<Real>(name);
+    lab::settings<Real> s;
     s.width = 50;
     s.passes = 1;
     s.check_weights = false;
     s.dump_paths = 50;
-    s.heuristic = {kind, kind == bpt::heuristic_kind::cutoff ? 0.1 : 2.0};
+    s.heuristic = {kind, kind == lab::heuristic_kind::cutoff ? 0.1 : 2.0};
     s.merge_radius = Real(0.01) * scene.radius;
     s.counts = std::is_same_v<Real, float> ? mis::bidirectional<Real>(2500)
                                            : mis::connection_and_merging<Real>(2500, s.merge_radius);
     std::vector<std::string> lines;
-    bpt::render(scene, s, [&](const bpt::pass_result<Real>& result) {
+    lab::render(scene, s, [&](const lab::pass_result<Real>& result) {
         for (const auto& row : result.rows)
             lines.insert(lines.end(), row.dump.begin(), row.dump.end());
     });
     return records_of(lines);
 }
 
-constexpr bpt::heuristic_kind heuristics[] = {bpt::heuristic_kind::average, bpt::heuristic_kind::balance,
-                                              bpt::heuristic_kind::power, bpt::heuristic_kind::cutoff,
-                                              bpt::heuristic_kind::maximum};
+constexpr lab::heuristic_kind heuristics[] = {lab::heuristic_kind::average, lab::heuristic_kind::balance,
+                                              lab::heuristic_kind::power, lab::heuristic_kind::cutoff,
+                                              lab::heuristic_kind::maximum};
 
 } // namespace
 
 TEST_CASE("the renderer's own weights all agree: every scene and heuristic, in double and float") {
     std::int64_t records = 0, agreeing = 0, undecided = 0;
-    for (const auto& name : bpt::scene_names())
+    for (const auto& name : lab::scene_names())
         for (const auto kind :
-             {bpt::heuristic_kind::average, bpt::heuristic_kind::balance, bpt::heuristic_kind::power,
-              bpt::heuristic_kind::cutoff, bpt::heuristic_kind::maximum})
+             {lab::heuristic_kind::average, lab::heuristic_kind::balance, lab::heuristic_kind::power,
+              lab::heuristic_kind::cutoff, lab::heuristic_kind::maximum})
             for (const bool in_float : {false, true}) {
                 mis::diagnosis d;
                 for (const auto& record :
                      in_float ? right_paths<float>(name, kind) : right_paths<double>(name, kind))
                     mis::judge(d, record);
                 CAPTURE(name);
-                CAPTURE(bpt::name_of(kind));
+                CAPTURE(lab::name_of(kind));
                 CAPTURE(in_float);
                 CHECK(d.disagreeing == 0);
                 CHECK(d.unusable == 0);
@@ -228,10 +228,10 @@ TEST_CASE("the renderer's own weights all agree: every scene and heuristic, in d
 
 TEST_CASE("weights with noise of 1 % are unexplained: every scene and heuristic") {
     pcg32 rng(5);
-    for (const auto& name : bpt::scene_names())
+    for (const auto& name : lab::scene_names())
         for (const auto kind : heuristics) {
             CAPTURE(name);
-            CAPTURE(bpt::name_of(kind));
+            CAPTURE(lab::name_of(kind));
             auto records = right_paths<double>(name, kind);
             for (auto& record : records)
                 record.weight *= 1 + 0.01 * std::normal_distribution<double>()(rng);
@@ -262,11 +262,11 @@ int differing(const std::vector<mis::path_record>& a, const std::vector<mis::pat
 
 TEST_CASE("mistakes in pairs are both named, in 90 % of the pairs that do not mask each other") {
     std::vector<pair_result> pairs;
-    for (std::size_t a = 0; a < bpt::mistake_count; ++a)
-        for (std::size_t b = a + 1; b < bpt::mistake_count; ++b)
+    for (std::size_t a = 0; a < lab::mistake_count; ++a)
+        for (std::size_t b = a + 1; b < lab::mistake_count; ++b)
             pairs.push_back({a, b, false, false, {}});
     const int threads = static_cast<int>(std::thread::hardware_concurrency());
-    bpt::in_parallel(threads, static_cast<int>(pairs.size()), [&](int i) {
+    lab::in_parallel(threads, static_cast<int>(pairs.size()), [&](int i) {
         pair_result& p = pairs[static_cast<std::size_t>(i)];
         const mistake_set both = set_of({p.a, p.b});
         const auto records = paths_with(both, both);
@@ -280,7 +280,7 @@ TEST_CASE("mistakes in pairs are both named, in 90 % of the pairs that do not ma
         for (const auto& s : f.suspects) {
             p.named += (p.named.empty() ? "" : ", ") + std::string(s.mistake->identifier);
             for (const std::size_t k : {p.a, p.b})
-                found += std::string(s.mistake->identifier) == bpt::mistake_names[k];
+                found += std::string(s.mistake->identifier) == lab::mistake_names[k];
         }
         p.both_named = found == 2;
     });
@@ -289,10 +289,10 @@ TEST_CASE("mistakes in pairs are both named, in 90 % of the pairs that do not ma
         visible += p.visible;
         named += p.both_named;
         if (p.visible && !p.both_named)
-            std::printf("%s and %s: named %s\n", bpt::mistake_names[p.a], bpt::mistake_names[p.b],
+            std::printf("%s and %s: named %s\n", lab::mistake_names[p.a], lab::mistake_names[p.b],
                         p.named.empty() ? "unexplained" : p.named.c_str());
         if (!p.visible)
-            std::printf("%s masks %s\n", bpt::mistake_names[p.a], bpt::mistake_names[p.b]);
+            std::printf("%s masks %s\n", lab::mistake_names[p.a], lab::mistake_names[p.b]);
     }
     std::printf("%d of %zu pairs do not mask each other; both are named in %d of them\n", visible,
                 pairs.size(), named);

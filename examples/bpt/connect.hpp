@@ -14,38 +14,23 @@ template <class Real> struct contribution {
     int vertices = 0;
     int pixel = 0;
     color<Real> value{0};
-    Real weight = 0;       // filled in by who receives it
-    Real right_weight = 0; // the same but where mistakes are planted
+    Real weight = 0;
 };
 
-template <class Real>
-contribution<Real> made_by(mis::technique_kind kind, int s, int n, int pixel, const color<Real>& value) {
-    contribution<Real> c;
-    c.technique = {kind, s};
-    c.vertices = n;
-    c.pixel = pixel;
-    c.value = value;
-    return c;
-}
-
-// The vertices of a complete path from camera to light. Walks are copied, not moved: their records are
-// completed differently for each path that uses them.
+// The vertices of a complete path: x_0 ... x_{s-1} of a camera walk, and a light walk's in the other
+// direction. They are the renderer's own, and change with its next path.
+template <class Real> struct photon;
 template <class Real> struct complete_path {
-    vertex<Real> vertices[longest_path];
-    int size = 0;
-    const vertex<Real>* photon = nullptr; // merges only: the light walk's vertex that has been merged with
-    int merged = -1;                      // and the place of the camera walk's
+    const vertex<Real>* camera;
+    int camera_vertices;
+    const vertex<Real>* light; // its end point first. Merges: null, see photon
+    int light_vertices;
+    const bpt::photon<Real>* photon = nullptr; // merges: what x_{s-1} has been merged with
 
-    void join(const walk<Real>& camera, int s, const walk<Real>& light, int t) {
-        size = s + t;
-        photon = nullptr;
-        merged = -1;
-        for (int i = 0; i < s; ++i)
-            vertices[i] = camera[static_cast<std::size_t>(i)];
-        for (int i = 0; i < t; ++i)
-            vertices[size - 1 - i] = light[static_cast<std::size_t>(i)];
+    int size() const { return camera_vertices + light_vertices; }
+    const vertex<Real>& operator[](int i) const {
+        return i < camera_vertices ? camera[i] : light[size() - 1 - i];
     }
-    vertex<Real>& operator[](int i) { return vertices[i]; }
 };
 
 // A camera walk and a light walk, and what all their techniques need.
@@ -56,139 +41,121 @@ template <class Real, class Weights> struct sample_pair {
     int pixel = 0; // of the camera walk
     int longest = longest_path;
     walk<Real> camera, light;
-    complete_path<Real> path;
 };
 
-// Completes the record of a surface vertex for an edge chosen for it: `across` continues its walk along the
-// edge.
+// The end of a walk, once an edge across to the other walk has been chosen for it.
+template <class Real> mis::subpath_end<Real> end_towards(const vertex<Real>& x, const vec3<Real>& across) {
+    const mis::cosine cosine{geometric_cosine(x, across)};
+    const mis::pdf_forward forward{density(*x.material, x.point, x.towards_previous, across)};
+    const mis::pdf_reverse reverse{density(*x.material, x.point, across, x.towards_previous)};
+    return {x.state, cosine, forward, reverse};
+}
+
+// Whether nothing is between a point and a vertex, which may be at infinity.
 template <class Real>
-mis::subpath_end<Real> complete_end(vertex<Real>& x, const vec3<Real>& across, walk_kind kind) {
-    const Real cosine = geometric_cosine(x, across);
-    const Real forward = density(*x.material, x.point, x.towards_previous, across);
-    const Real back = density(*x.material, x.point, across, x.towards_previous);
-    record_scatter(x, kind, cosine, forward, back);
-    return {x.state, mis::cosine{cosine}, mis::pdf_forward{forward}, mis::pdf_reverse{back}};
+bool sees(const scene<Real>& scene, const vec3<Real>& from, const vertex<Real>& to,
+          const vec3<Real>& towards) {
+    return is_visible(scene, from, is_infinite(to) ? from + 3 * scene.radius * towards : to.point.position);
 }
 
 // s >= 2: the camera walk has hit a light.
 template <class Real, class Weights, class Sink>
-void light_hit(sample_pair<Real, Weights>& pair, Sink&& sink) {
+void light_hit(const sample_pair<Real, Weights>& pair, Sink&& sink) {
     const int n = static_cast<int>(pair.camera.size());
-    if (!is_light(pair.camera.back()))
+    const vertex<Real>& x = pair.camera.back();
+    if (!is_light(x))
         return;
-    auto& path = pair.path;
-    path.join(pair.camera, n, {}, 0);
-    vertex<Real>& x = path[n - 1];
-    const color<Real> emitted = emit(pair.scene, x, x.towards_previous);
-    tell_hit(pair.weigh.mistakes, pair.scene, x);
-    const color<Real> value = x.throughput * emitted / pair.weigh.counts.light_hit;
-    sink(made_by(mis::technique_kind::light_hit, n, n, pair.pixel, value), path,
-         [&] { return pair.weigh.light_hit(x.state, light_end_point(x)); });
+    const color<Real> value =
+        x.throughput * emitted(pair.scene, x, x.towards_previous) / pair.weigh.counts.light_hit;
+    const Real weight = pair.weigh.light_hit(x.state, light_end_point(pair.scene, x, x.towards_previous));
+    sink({{mis::technique_kind::light_hit, n}, n, pair.pixel, value, weight},
+         {pair.camera.data(), n, nullptr, 0});
 }
 
 // The end of a camera walk of s vertices is joined to a light point sampled for it.
 template <class Real, class Weights, class Sink>
-void next_event(sample_pair<Real, Weights>& pair, int s, pcg32& rng, Sink&& sink) {
+void next_event(const sample_pair<Real, Weights>& pair, int s, pcg32& rng, Sink&& sink) {
     const int i = pick_light(pair.scene, &light<Real>::select_next_event, rng);
     const Real lobe_share = pair.scene.lights[static_cast<std::size_t>(i)].lobe_share_next_event;
-    auto& path = pair.path;
-    path.join(pair.camera, s, {sample_light_point(pair.scene, i, lobe_share, rng)}, 1);
-    vertex<Real>& x = path[s - 1];
-    vertex<Real>& y = path[s];
+    const vertex<Real>& x = pair.camera[static_cast<std::size_t>(s - 1)];
+    const vertex<Real> y = sample_light_point(pair.scene, i, lobe_share, rng);
     const vec3<Real> to_light = direction(x, y);
     const color<Real> f = scattered(x, to_light, walk_kind::from_camera);
-    const color<Real> emitted = emit(pair.scene, y, -to_light);
-    if (f * emitted == color<Real>(0))
+    const color<Real> radiance = emitted(pair.scene, y, -to_light);
+    if (f * radiance == color<Real>(0) || !sees(pair.scene, x.point.position, y, to_light))
         return;
-    const vec3<Real> target =
-        is_infinite(y) ? x.point.position + 3 * pair.scene.radius * to_light : y.point.position;
-    if (!is_visible(pair.scene, x.point.position, target))
-        return;
-    const Real distance2 = squared_distance(x, y);
-    const mis::subpath_end<Real> end = complete_end(x, to_light, walk_kind::from_camera);
-    x.record.distance2_to_light = distance2;
-    tell_next_event(pair.weigh.mistakes, pair.scene, x, y, to_light, distance2);
-    const Real samples = pair.weigh.counts.next_event * y.record.pdf_next_event;
-    const color<Real> value = x.throughput * f * emitted * (y.record.cos_to_camera / (distance2 * samples));
-    sink(made_by(mis::technique_kind::next_event, s, s + 1, pair.pixel, value), path,
-         [&] { return pair.weigh.next_event(end, light_end_point(y), mis::squared_distance{distance2}); });
+    const mis::end_point<Real> light = light_end_point(pair.scene, y, -to_light);
+    const mis::squared_distance distance2{squared_distance(x, y)};
+    const Real samples = pair.weigh.counts.next_event * light.next_event.value;
+    const color<Real> value = x.throughput * f * radiance * (light.cos.value / (distance2.value * samples));
+    const Real weight = pair.weigh.next_event(end_towards(x, to_light), light, distance2);
+    sink({{mis::technique_kind::next_event, s}, s + 1, pair.pixel, value, weight},
+         {pair.camera.data(), s, &y, 1});
 }
 
 // The ends of a camera walk of s and a light walk of t vertices are joined.
 template <class Real, class Weights, class Sink>
-void connection(sample_pair<Real, Weights>& pair, int s, int t, Sink&& sink) {
-    auto& path = pair.path;
-    path.join(pair.camera, s, pair.light, t);
-    vertex<Real>& x = path[s - 1];
-    vertex<Real>& y = path[s];
+void connection(const sample_pair<Real, Weights>& pair, int s, int t, Sink&& sink) {
+    const vertex<Real>& x = pair.camera[static_cast<std::size_t>(s - 1)];
+    const vertex<Real>& y = pair.light[static_cast<std::size_t>(t - 1)];
     const vec3<Real> to_light = direction(x, y);
     const color<Real> f =
         scattered(x, to_light, walk_kind::from_camera) * scattered(y, -to_light, walk_kind::from_light);
     if (f == color<Real>(0) || !is_visible(pair.scene, x.point.position, y.point.position))
         return;
-    const Real distance2 = squared_distance(x, y);
-    const mis::subpath_end<Real> camera_end = complete_end(x, to_light, walk_kind::from_camera);
-    const mis::subpath_end<Real> light_end = complete_end(y, -to_light, walk_kind::from_light);
-    x.record.distance2_to_light = distance2;
-    tell_connection(pair.weigh.mistakes, x, y, to_light, distance2);
-    const color<Real> value = x.throughput * f * y.throughput / distance2;
-    sink(made_by(mis::technique_kind::connection, s, s + t, pair.pixel, value), path,
-         [&] { return pair.weigh.connection(camera_end, light_end, mis::squared_distance{distance2}); });
+    const mis::squared_distance distance2{squared_distance(x, y)};
+    const color<Real> value = x.throughput * f * y.throughput / distance2.value;
+    const Real weight = pair.weigh.connection(end_towards(x, to_light), end_towards(y, -to_light), distance2);
+    sink({{mis::technique_kind::connection, s}, s + t, pair.pixel, value, weight},
+         {pair.camera.data(), s, pair.light.data(), t});
 }
 
 // The end of a light walk of t vertices is joined to a point of the lens; t = 1 is the technique `direct`.
 template <class Real, class Weights, class Sink>
-void camera_connection(sample_pair<Real, Weights>& pair, int t, pcg32& rng, Sink&& sink) {
-    auto& path = pair.path;
-    path.join({sample_lens(pair.scene.camera, rng)}, 1, pair.light, t);
-    vertex<Real>& lens = path[0];
-    vertex<Real>& y = path[1];
+void camera_connection(const sample_pair<Real, Weights>& pair, int t, pcg32& rng, Sink&& sink) {
+    const auto& [scene, weigh, width, own_pixel, longest, camera, light] = pair;
+    const vertex<Real> lens = sample_lens(scene.camera, rng);
+    const vertex<Real>& y = light[static_cast<std::size_t>(t - 1)];
     const vec3<Real> leaving = direction(lens, y);
-    const int pixel = pixel_of(pair.scene.camera, lens, leaving, pair.width);
+    const int pixel = pixel_of(scene.camera, lens, leaving, width);
     if (pixel < 0)
         return;
-    aim(pair.scene.camera, lens, leaving, pair.width);
-    const Real distance2 = squared_distance(lens, y);
-    const bool direct = t == 1;
-    color<Real> f;
-    if (direct) {
-        f = emit(pair.scene, y, -leaving);
-        f *= y.record.cos_to_camera / y.record.pdf_position;
-    } else {
-        f = y.throughput * scattered(y, -leaving, walk_kind::from_light);
-    }
-    const vec3<Real> target =
-        is_infinite(y) ? lens.point.position + 3 * pair.scene.radius * leaving : y.point.position;
-    if (f == color<Real>(0) || !is_visible(pair.scene, lens.point.position, target))
-        return;
-    lens.record.distance2_to_light = distance2;
-    tell_end(pair.weigh.mistakes, pair.scene, lens);
-    // The pixel's response W |cos| is pdf_to_light times the density of the lens point, which has been
-    // sampled.
-    const color<Real> value = f * (lens.record.pdf_to_light / distance2);
-    if (direct) {
-        tell_end(pair.weigh.mistakes, pair.scene, y);
-        sink(made_by(mis::technique_kind::direct, 1, 2, pixel, value / pair.weigh.counts.direct), path, [&] {
-            return pair.weigh.direct(camera_end_point(lens), light_end_point(y),
-                                     mis::squared_distance{distance2});
-        });
+    const mis::end_point<Real> lens_end = camera_end_point(scene.camera, leaving, width);
+    const mis::squared_distance distance2{squared_distance(lens, y)};
+    // The pixel's response W |cos| is the density of the direction times that of the lens point, which has
+    // been sampled.
+    const Real response = lens_end.direction.value / distance2.value;
+    const complete_path<Real> path{&lens, 1, light.data(), t};
+    if (t == 1) {
+        const mis::end_point<Real> light_end = light_end_point(scene, y, -leaving);
+        color<Real> f = emitted(scene, y, -leaving);
+        f *= light_end.cos.value / light_end.position.value;
+        if (f == color<Real>(0) || !sees(scene, lens.point.position, y, leaving))
+            return;
+        sink({{mis::technique_kind::direct, 1},
+              2,
+              pixel,
+              f * response / weigh.counts.direct,
+              weigh.direct(lens_end, light_end, distance2)},
+             path);
         return;
     }
-    const mis::subpath_end<Real> light_end = complete_end(y, -leaving, walk_kind::from_light);
-    tell_scatter(pair.weigh.mistakes, y, walk_kind::from_light, -leaving);
-    const color<Real> share = value / pair.weigh.counts.camera_connection;
-    sink(made_by(mis::technique_kind::camera_connection, 1, t + 1, pixel, share), path, [&] {
-        return pair.weigh.camera_connection(camera_end_point(lens), light_end,
-                                            mis::squared_distance{distance2});
-    });
+    const color<Real> f = y.throughput * scattered(y, -leaving, walk_kind::from_light);
+    if (f == color<Real>(0) || !sees(scene, lens.point.position, y, leaving))
+        return;
+    sink({{mis::technique_kind::camera_connection, 1},
+          t + 1,
+          pixel,
+          f * response / weigh.counts.camera_connection,
+          weigh.camera_connection(lens_end, end_towards(y, -leaving), distance2)},
+         path);
 }
 
-// All techniques that are switched on, on all vertices. The sink is given the contribution without its
-// weight, the complete path and a function that computes the weight. With `random`, each camera vertex is
-// joined to one light vertex picked from the walk instead of to all; the weight then counts on their mean
-// number (mis::random_connection).
+// All techniques that are switched on, on all vertices: sink(contribution, complete path). With `random`,
+// each camera vertex is joined to one light vertex picked from the walk instead of to all; the weight then
+// counts on their mean number (mis::random_connection).
 template <class Real, class Weights, class Sink>
-void connect_all(sample_pair<Real, Weights>& pair, bool random, pcg32& rng, Sink&& sink) {
+void connect_all(const sample_pair<Real, Weights>& pair, bool random, pcg32& rng, Sink&& sink) {
     const auto& counts = pair.weigh.counts;
     const int s_end = static_cast<int>(pair.camera.size()) + 1;
     const int t_end = static_cast<int>(pair.light.size()) + 1;
@@ -212,10 +179,9 @@ void connect_all(sample_pair<Real, Weights>& pair, bool random, pcg32& rng, Sink
                 candidates[count++] = t;
         if (random && count > 0) {
             const int t = candidates[std::uniform_int_distribution<int>(0, count - 1)(rng)];
-            const auto times_count = [&](contribution<Real> c, complete_path<Real>& path,
-                                         const auto& weight) {
+            const auto times_count = [&](contribution<Real> c, const complete_path<Real>& path) {
                 c.value *= static_cast<Real>(count);
-                sink(c, path, weight);
+                sink(c, path);
             };
             if (s + t <= pair.longest)
                 connection(pair, s, t, times_count);
@@ -225,7 +191,8 @@ void connect_all(sample_pair<Real, Weights>& pair, bool random, pcg32& rng, Sink
             if (s + candidates[k] <= pair.longest)
                 connection(pair, s, candidates[k], sink);
     }
-    if (counts.direct > Real(0) && !pair.light.empty() && !pair.light[0].record.dirac)
+    if (counts.direct > Real(0) && !pair.light.empty() &&
+        light_of(pair.scene, pair.light[0]).kind != light_kind::point)
         camera_connection(pair, 1, rng, sink);
     for (int t = 2; t < t_end; ++t)
         if (counts.camera_connection > Real(0) && t + 1 <= pair.longest && joinable(pair.light, t))

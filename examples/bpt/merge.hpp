@@ -36,25 +36,19 @@ void add_photons(const walk<Real>& walk, std::size_t number, std::vector<photon<
     }
 }
 
-// What the light walks of one pass leave for merges.
-template <class Real> struct light_pass {
-    std::vector<photon<Real>> photons;
-    std::vector<walk<Real>> walks; // in full, by number; empty where nobody looks at complete paths
-};
-
 // A k-d tree over the photons of one pass.
 template <class Real> struct photon_map {
-    light_pass<Real> light;
+    std::vector<photon<Real>> photons;
     nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<Real, photon_map>, photon_map, 3> tree;
 
-    explicit photon_map(light_pass<Real> pass) : light(std::move(pass)), tree(3, *this) {}
+    explicit photon_map(std::vector<photon<Real>> all) : photons(std::move(all)), tree(3, *this) {}
     photon_map(const photon_map&) = delete; // the tree refers to this map
     photon_map& operator=(const photon_map&) = delete;
 
     // What the tree asks for.
-    std::size_t kdtree_get_point_count() const { return light.photons.size(); }
+    std::size_t kdtree_get_point_count() const { return photons.size(); }
     Real kdtree_get_pt(std::size_t i, std::size_t axis) const {
-        return light.photons[i].position[static_cast<int>(axis)];
+        return photons[i].position[static_cast<int>(axis)];
     }
     template <class Box> bool kdtree_get_bbox(Box&) const { return false; } // it measures the box itself
 };
@@ -66,70 +60,52 @@ void for_each_near(const photon_map<Real>& map, const vec3<Real>& position, Real
     nanoflann::RadiusResultSet<Real, std::size_t> within(radius * radius, found);
     map.tree.radiusSearchCustomCallback(&position.x, within);
     for (const auto& match : found)
-        f(map.light.photons[match.first]);
+        f(map.photons[match.first]);
 }
 
 // A merge joins the camera walk's vertex to the light walk's edge that ends in the photon. Both directions
 // are the camera vertex' BSDF's. But the survival in to_camera is the photon's: it is the light walk that
 // would have gone on from there.
-template <class Real> struct merge_densities {
-    mis::pdf_to_light<Real> to_light;
-    mis::pdf_to_camera<Real> to_camera;
-};
 template <class Real>
-merge_densities<Real> densities_of_merge(const vertex<Real>& x, const photon<Real>& photon) {
+mis::pdf_to_light<Real> merge_density_to_light(const vertex<Real>& x, const vec3<Real>& towards_light) {
+    return mis::pdf_to_light{density(*x.material, x.point, x.towards_previous, towards_light)};
+}
+template <class Real>
+mis::pdf_to_camera<Real> merge_density_to_camera(const vertex<Real>& x, const vec3<Real>& towards_light,
+                                                 Real survival_of_photon) {
     bpt::material<Real> light_side = *x.material;
-    light_side.survival = photon.survival;
-    return {mis::pdf_to_light{density(*x.material, x.point, x.towards_previous, photon.towards_previous)},
-            mis::pdf_to_camera{density(light_side, x.point, photon.towards_previous, x.towards_previous)}};
+    light_side.survival = survival_of_photon;
+    return mis::pdf_to_camera{density(light_side, x.point, towards_light, x.towards_previous)};
 }
 
-// The complete path of a merge with the end of a light walk of t vertices. It takes the photon's cosine and
-// distance.
-template <class Real, class Weights>
-void complete_merge(sample_pair<Real, Weights>& pair, int s, const walk<Real>& light, int t,
-                    const merge_densities<Real>& densities) {
-    const vertex<Real>& photon = light[static_cast<std::size_t>(t - 1)];
-    pair.path.join(pair.camera, s, light, t - 1);
-    pair.path.photon = &photon;
-    pair.path.merged = s - 1;
-    vertex<Real>& x = pair.path[s - 1];
-    x.record.pdf_to_light = densities.to_light.value;
-    x.record.pdf_to_camera = densities.to_camera.value;
-    x.record.cos_to_light = photon.record.cos_to_light;
-    x.record.distance2_to_light = photon.record.distance2_to_light;
-    tell_merge(pair.weigh.mistakes, x, photon);
-}
-
-// The end of a camera walk of s vertices is merged with a photon. The sink's path is complete only where the
-// map has the walks.
+// The end of a camera walk of s vertices is merged with a photon.
 template <class Real, class Weights, class Sink>
-void merge(sample_pair<Real, Weights>& pair, int s, const photon_map<Real>& map, const photon<Real>& photon,
-           Sink&& sink) {
+void merge(const sample_pair<Real, Weights>& pair, int s, const photon<Real>& photon, Sink&& sink) {
     const vertex<Real>& x = pair.camera[static_cast<std::size_t>(s - 1)];
-    const color<Real> f = evaluate(*x.material, x.point, x.towards_previous, photon.towards_previous);
+    const vec3<Real>& to_light = photon.towards_previous;
+    const color<Real> f = evaluate(*x.material, x.point, x.towards_previous, to_light);
     if (f == color<Real>(0))
         return;
-    const merge_densities<Real> densities = densities_of_merge(x, photon);
-    pair.path.size = 0;
-    if (!map.light.walks.empty())
-        complete_merge(pair, s, map.light.walks[photon.walk], photon.vertices, densities);
     const Real samples = pair.weigh.counts.merge; // light walks times pi r^2: a density estimate
     const color<Real> value = x.throughput * f * photon.throughput / samples;
-    sink(made_by(mis::technique_kind::merge, s, s + photon.vertices - 1, pair.pixel, value), pair.path,
-         [&] { return pair.weigh.merge(x.state, photon.state, densities.to_light, densities.to_camera); });
+    const Real weight = pair.weigh.merge(x.state, photon.state, merge_density_to_light(x, to_light),
+                                         merge_density_to_camera(x, to_light, photon.survival));
+    const int t = photon.vertices - 1; // without the photon, which stands for x
+    sink({{mis::technique_kind::merge, s}, s + t, pair.pixel, value, weight},
+         {pair.camera.data(), s, nullptr, t, &photon});
 }
 
 // All merges of a camera walk. The sink is that of connect_all.
 template <class Real, class Weights, class Sink>
-void merge_all(sample_pair<Real, Weights>& pair, const photon_map<Real>& map, Real radius, Sink&& sink) {
+void merge_all(const sample_pair<Real, Weights>& pair, const photon_map<Real>& map, Real radius,
+               Sink&& sink) {
     for (int s = 2; s <= static_cast<int>(pair.camera.size()); ++s) {
         const vertex<Real>& end = pair.camera[static_cast<std::size_t>(s - 1)];
         if (!can_join(end))
             continue;
         for_each_near(map, end.point.position, radius, [&](const photon<Real>& photon) {
             if (s + photon.vertices - 1 <= pair.longest)
-                merge(pair, s, map, photon, sink);
+                merge(pair, s, photon, sink);
         });
     }
 }

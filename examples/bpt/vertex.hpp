@@ -6,32 +6,26 @@
 
 namespace bpt {
 
-// The renderer's own vertex carries what the weights need: a record of its densities, cosines and distances,
-// for looking at whole paths, and the two numbers of the recursion, which is all that the weights themselves
-// take.
+// What a renderer keeps of a walk's vertex anyway, and the two numbers that its weights need.
 template <class Real> struct vertex {
-    mis::measured_vertex<Real> record;
-    mis::measured_vertex<Real> told; // in place of the record where mistakes are planted, see mistakes.hpp
-    mis::subpath_state<Real> state;  // once the walk has arrived here
+    mis::vertex_kind kind = mis::vertex_kind::surface;
+    mis::subpath_state<Real> state; // once the walk has arrived here
 
     surface_point<Real> point; // normals and material; point.light: the light that it lies on, or -1
     const bpt::material<Real>* material = nullptr;
     color<Real> throughput{1};      // of the walk, up to here
     vec3<Real> towards_previous{0}; // back along the walk
-    Real eta_to_camera = 1, eta_to_light = 1;
 };
 
 enum class walk_kind { from_camera, from_light };
 
 template <class Real> bool is_infinite(const vertex<Real>& x) {
-    return x.record.kind == mis::vertex_kind::infinite_light;
+    return x.kind == mis::vertex_kind::infinite_light;
 }
 template <class Real> bool is_light(const vertex<Real>& x) {
-    return x.record.kind == mis::vertex_kind::light || is_infinite(x);
+    return x.kind == mis::vertex_kind::light || is_infinite(x);
 }
-template <class Real> bool scatters_dirac(const vertex<Real>& x) {
-    return x.record.kind == mis::vertex_kind::dirac;
-}
+template <class Real> bool scatters_dirac(const vertex<Real>& x) { return x.kind == mis::vertex_kind::dirac; }
 
 // Whether a walk's vertex may be its end in a next event, connection or merge.
 template <class Real> bool can_join(const vertex<Real>& x) { return !is_light(x) && !scatters_dirac(x); }
@@ -59,19 +53,11 @@ template <class Real> Real shading_cosine(const vertex<Real>& x, const vec3<Real
     return std::abs(dot(x.point.shading_normal, to));
 }
 
-// The end points as the weights want them.
-template <class Real> mis::end_point<Real> camera_end_point(const vertex<Real>& x) {
-    const auto& r = x.record;
-    return {mis::pdf_position{r.pdf_position}, mis::pdf_next_event{r.pdf_next_event},
-            mis::pdf_direction{r.pdf_to_light}, mis::cosine{r.cos_to_light}, !r.dirac};
-}
-template <class Real> mis::end_point<Real> light_end_point(const vertex<Real>& x) {
-    const auto& r = x.record;
-    return {mis::pdf_position{r.pdf_position}, mis::pdf_next_event{r.pdf_next_event},
-            mis::pdf_direction{r.pdf_to_camera}, mis::cosine{r.cos_to_camera}, !r.dirac};
-}
-
 // ---- Lights ----
+
+template <class Real> const light<Real>& light_of(const scene<Real>& scene, const vertex<Real>& x) {
+    return scene.lights[static_cast<std::size_t>(x.point.light)];
+}
 
 template <class Real> color<Real> sky(const light<Real>& l, const vec3<Real>& towards) {
     const Real height = (towards.y + 1) / 2;
@@ -83,26 +69,14 @@ template <class Real> Real sky_density(const light<Real>& l, Real lobe_share, co
            (1 - lobe_share) * sphere_density<Real>;
 }
 
-// The vertex on light i at a position, or (environment) in the direction of `normal`, with both densities of
-// the position: as a light walk's start and as a next event. Selection probabilities included.
+// The vertex on light i at a position, or (environment) in the direction of `normal`.
 template <class Real>
 vertex<Real> light_vertex(const scene<Real>& scene, int i, const vec3<Real>& position,
                           const vec3<Real>& normal) {
-    const light<Real>& l = scene.lights[static_cast<std::size_t>(i)];
+    const bool at_infinity = scene.lights[static_cast<std::size_t>(i)].kind == light_kind::environment;
     vertex<Real> x;
+    x.kind = at_infinity ? mis::vertex_kind::infinite_light : mis::vertex_kind::light;
     x.point = {position, normal, normal, 0, i};
-    x.record.kind =
-        l.kind == light_kind::environment ? mis::vertex_kind::infinite_light : mis::vertex_kind::light;
-    x.record.dirac = l.kind == light_kind::point;
-    Real emission = 1, next_event = 1;
-    if (l.kind == light_kind::area) {
-        emission = next_event = 1 / l.area;
-    } else if (l.kind == light_kind::environment) {
-        emission = sky_density(l, l.lobe_share_emission, normal);
-        next_event = sky_density(l, l.lobe_share_next_event, normal);
-    }
-    x.record.pdf_position = l.select_emission * emission;
-    x.record.pdf_next_event = l.select_next_event * next_event;
     return x;
 }
 
@@ -133,27 +107,38 @@ template <class Real> int pick_light(const scene<Real>& scene, Real light<Real>:
     return i;
 }
 
-// Emitted radiance (point light: intensity) in a direction that leaves the light vertex; sets the density of
-// a light walk's taking that direction, and the cosine.
-template <class Real> color<Real> emit(const scene<Real>& scene, vertex<Real>& x, const vec3<Real>& leaving) {
-    const light<Real>& l = scene.lights[static_cast<std::size_t>(x.point.light)];
-    x.record.cos_to_camera = geometric_cosine(x, leaving);
-    switch (l.kind) {
-    case light_kind::point:
-        x.record.pdf_to_camera = sphere_density<Real>;
-        return l.emission;
-    case light_kind::environment:
-        x.record.pdf_to_camera = 1 / (pi<Real> * scene.radius * scene.radius);
+// Radiance (point light: intensity) that leaves the light in a direction.
+template <class Real>
+color<Real> emitted(const scene<Real>& scene, const vertex<Real>& x, const vec3<Real>& leaving) {
+    const light<Real>& l = light_of(scene, x);
+    if (l.kind == light_kind::environment)
         return sky(l, x.point.normal);
-    case light_kind::area:
-        break;
-    }
-    const Real cosine = dot(x.point.normal, leaving);
-    x.record.pdf_to_camera = std::max(Real(0), cosine) / pi<Real>;
-    return cosine > Real(0) ? l.emission : color<Real>(0);
+    const bool is_front = l.kind == light_kind::point || dot(x.point.normal, leaving) > Real(0);
+    return is_front ? l.emission : color<Real>(0);
 }
 
-// A direction that leaves the light, with the density that emit() states; and where the ray starts.
+// The light as the weights want it, for a first edge in a direction. The position has one density as a light
+// walk's start and another as a next event, because each picks lights in its own way.
+template <class Real>
+mis::end_point<Real> light_end_point(const scene<Real>& scene, const vertex<Real>& x,
+                                     const vec3<Real>& leaving) {
+    const light<Real>& l = light_of(scene, x);
+    Real emission = 1, next_event = 1, pdf_leaving = sphere_density<Real>; // a point light's
+    if (l.kind == light_kind::area) {
+        emission = next_event = 1 / l.area;
+        pdf_leaving = std::max(Real(0), dot(x.point.normal, leaving)) / pi<Real>;
+    } else if (l.kind == light_kind::environment) {
+        emission = sky_density(l, l.lobe_share_emission, x.point.normal);
+        next_event = sky_density(l, l.lobe_share_next_event, x.point.normal);
+        pdf_leaving = 1 / (pi<Real> * scene.radius * scene.radius);
+    }
+    return {mis::pdf_position{l.select_emission * emission},
+            mis::pdf_next_event{l.select_next_event * next_event}, mis::pdf_direction{pdf_leaving},
+            mis::cosine{geometric_cosine(x, leaving)}, l.kind != light_kind::point};
+}
+
+// A direction that leaves the light, with the density that light_end_point() states; and where the ray
+// starts.
 template <class Real> struct ray { vec3<Real> origin, direction; };
 template <class Real> ray<Real> sample_emission(const scene<Real>& scene, const vertex<Real>& x, pcg32& rng) {
     const vec3<Real>& normal = x.point.normal;
@@ -161,7 +146,7 @@ template <class Real> ray<Real> sample_emission(const scene<Real>& scene, const 
         const vec3<Real> on_disk = scene.center + scene.radius * sample_disk(normal, rng);
         return {on_disk + scene.radius * normal, -normal};
     }
-    if (x.record.dirac)
+    if (light_of(scene, x).kind == light_kind::point)
         return {x.point.position, sample_sphere<Real>(rng)};
     return {x.point.position, sample_lobe(normal, Real(1), rng)};
 }
@@ -171,25 +156,24 @@ template <class Real> ray<Real> sample_emission(const scene<Real>& scene, const 
 // The camera's vertex, at a random point of the lens.
 template <class Real> vertex<Real> sample_lens(const camera<Real>& camera, pcg32& rng) {
     vertex<Real> x;
-    x.record.kind = mis::vertex_kind::camera;
-    x.record.dirac = camera.lens_radius == Real(0);
+    x.kind = mis::vertex_kind::camera;
     const vec3<Real> offset =
-        x.record.dirac ? vec3<Real>(0) : camera.lens_radius * sample_disk(camera.forward, rng);
+        camera.lens_radius == Real(0) ? vec3<Real>(0) : camera.lens_radius * sample_disk(camera.forward, rng);
     x.point = {camera.position + offset, camera.forward, camera.forward, 0, -1};
-    x.record.pdf_position =
-        x.record.dirac ? Real(1) : 1 / (pi<Real> * camera.lens_radius * camera.lens_radius);
-    x.record.pdf_next_event = x.record.pdf_position;
     return x;
 }
 
-// Density of a camera ray's direction *within its pixel*: 1 / (pixel's area at distance 1 · cos³). Sets the
-// cosine.
+// The camera as the weights want it, for a first edge in a direction: its density is the one *within its
+// pixel*, 1 / (pixel's area at distance 1 · cos³), which is why light walks count per image.
 template <class Real>
-void aim(const camera<Real>& camera, vertex<Real>& x, const vec3<Real>& leaving, int width) {
+mis::end_point<Real> camera_end_point(const camera<Real>& camera, const vec3<Real>& leaving, int width) {
     const Real pixel = 2 * camera.half_extent / static_cast<Real>(width);
     const Real cosine = dot(camera.forward, leaving);
-    x.record.cos_to_light = cosine;
-    x.record.pdf_to_light = 1 / (pixel * pixel * cosine * cosine * cosine);
+    const bool is_pinhole = camera.lens_radius == Real(0);
+    const Real position = is_pinhole ? Real(1) : 1 / (pi<Real> * camera.lens_radius * camera.lens_radius);
+    return {mis::pdf_position{position}, mis::pdf_next_event{position},
+            mis::pdf_direction{1 / (pixel * pixel * cosine * cosine * cosine)}, mis::cosine{cosine},
+            !is_pinhole};
 }
 
 // The direction from a lens point for film coordinates in [-1, 1]²; both meet in the plane in focus.

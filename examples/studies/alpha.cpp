@@ -2,10 +2,10 @@
 // 2/3 is the fastest. In the scene `pool` all light is refracted twice, so that only merges find it, and its
 // image is known in closed form. Writes alpha.csv; alpha.gp draws it. docs/merging.md tells what it shows.
 #include "study.hpp"
-#include <algorithms.hpp>
 #include <array>
+#include <bpt/algorithms.hpp>
+#include <bpt/render.hpp>
 #include <numeric>
-#include <render.hpp>
 
 namespace {
 
@@ -13,13 +13,9 @@ using namespace studies;
 using real = double;
 using bpt::vec3;
 
-struct options {
-    std::string output = "studies";
-    int size = 64, repetitions = 16, passes = 256,
-        threads = static_cast<int>(std::thread::hardware_concurrency());
+struct options : image_options {
+    int repetitions = 16, passes = 256;
     double radius = 0.043; // of the first pass, as a part of the scene's
-    std::uint64_t seed = 1;
-    bool report_only = false;
 };
 
 // ---- The image in closed form: paths camera, water, floor, water, light ----
@@ -119,7 +115,6 @@ bpt::renderer<real> make_renderer(const bpt::scene<real>& scene, const options& 
     s.threads = 1;
     s.longest = 5;
     s.seed = o.seed + static_cast<std::uint64_t>(repetition); // the same for all alphas
-    s.check_weights = false;
     s.merge_radius = o.radius * scene.radius;
     s.counts = bpt::algorithms(walks, s.merge_radius).at("ups").counts;
     s.radius_alpha = alpha;
@@ -138,7 +133,7 @@ run_result render(const bpt::renderer<real>& first, const std::vector<int>& due,
     run_result result;
     for (int pass = 0; pass < due.back(); ++pass) {
         const auto renderer = first.at_pass(pass);
-        const bpt::photon_map<real> photons(renderer.trace_light_walks(pass));
+        const bpt::photon_map<real> photons(renderer.trace_photons(pass));
         const auto add = [&](const bpt::contribution<real>& c, const bpt::complete_path<real>&) {
             sum[static_cast<std::size_t>(c.pixel / width / row_step * width + c.pixel % width)] +=
                 c.weight * c.value.x;
@@ -240,7 +235,7 @@ bool run(const options& o) {
     const real ratio = o.repetitions > 1 ? variance_over_squared_bias(runs[0], exact) : 0;
     note(ratio > 0 ? text("variance over squared bias of pass 1: %.1f", ratio)
                    : "too few repetitions to tell the bias of pass 1 from its noise");
-    return good || o.report_only;
+    return good;
 }
 
 } // namespace
@@ -251,23 +246,11 @@ int main(int count, char** arguments) {
                     "alpha.csv.\n") +
         exit_statuses};
     options o;
-    app.add_option("--output", o.output, "folder to write to")->capture_default_str();
-    app.add_option("--size", o.size, "width and height in pixels")
-        ->check(CLI::Range(8, 512))
-        ->capture_default_str();
-    app.add_option("--passes", o.passes, "errors are measured after 1, 4, 16, ... passes up to this")
-        ->check(CLI::Range(4, 1 << 20))
-        ->capture_default_str();
-    app.add_option("--repetitions", o.repetitions, "renderings of each alpha")
-        ->check(CLI::Range(1, 100000))
-        ->capture_default_str();
-    app.add_option("--radius", o.radius, "within which walks merge in pass 1; 1 is the scene's radius")
-        ->check(CLI::Range(1e-6, 1.0))
-        ->capture_default_str();
-    app.add_option("--threads", o.threads, "the result is the same for any number")
-        ->check(CLI::Range(1, 1024))
-        ->capture_default_str();
-    app.add_option("--seed", o.seed, "of the first repetition")->capture_default_str();
-    app.add_flag("--report-only", o.report_only, "a missed bar is no failure: for runs too short to meet it");
-    return run_study(app, count, arguments, [&] { return run(o); });
+    add_common(app, o);
+    add_number(app, "--passes", o.passes, "errors are measured after 1, 4, 16, ... passes up to this", 4,
+               1 << 20);
+    add_number(app, "--repetitions", o.repetitions, "renderings of each alpha", 1, 100000);
+    add_number(app, "--radius", o.radius, "within which walks merge in pass 1; 1 is the scene's radius", 1e-6,
+               1);
+    return run_study(app, o, count, arguments, [&] { return run(o); });
 }

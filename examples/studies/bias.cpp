@@ -13,10 +13,8 @@ namespace {
 
 using namespace studies;
 
-struct options {
-    std::string output = "studies";
+struct options : common_options {
     int largest = 100'000, per_decade = 4, repetitions = 2'000, intervals = 2'048, steps = 2'000;
-    std::uint64_t seed = 1;
 };
 
 // The unbiased technique is uniform and the biased one follows f; each is good at one end; and the first with
@@ -234,16 +232,10 @@ int main(int count, char** arguments) {
                              "bias.csv.\n") +
                  exit_statuses};
     options o;
-    app.add_option("--output", o.output, "folder to write to")->capture_default_str();
-    app.add_option("--largest", o.largest, "largest number of unbiased samples")
-        ->check(CLI::Range(1, 10'000'000))
-        ->capture_default_str();
-    app.add_option("--per-decade", o.per_decade, "numbers of samples in each decade")
-        ->check(CLI::Range(1, 100))
-        ->capture_default_str();
-    app.add_option("--repetitions", o.repetitions, "simulations of each decade up to 10,000 samples")
-        ->check(CLI::Range(100, 10'000'000))
-        ->capture_default_str();
-    app.add_option("--seed", o.seed, "of the simulations")->capture_default_str();
-    return run_study(app, count, arguments, [&] { return run(o); });
+    add_common(app, o);
+    add_number(app, "--largest", o.largest, "largest number of unbiased samples", 1, 10'000'000);
+    add_number(app, "--per-decade", o.per_decade, "numbers of samples in each decade", 1, 100);
+    add_number(app, "--repetitions", o.repetitions, "simulations of each decade up to 10,000 samples", 100,
+               10'000'000);
+    return run_study(app, o, count, arguments, [&] { return run(o); });
 }

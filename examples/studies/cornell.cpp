@@ -3,7 +3,8 @@
 // busy machine changes little. Writes cornell.csv and images; cornell.gp draws the table. docs/merging.md
 // tells what it shows.
 #include "render_parts.hpp"
-#include <algorithms.hpp>
+#include <bpt/algorithms.hpp>
+#include <lab/pictures.hpp>
 #include <map>
 
 namespace {
@@ -11,14 +12,11 @@ namespace {
 using namespace studies;
 using real = double;
 
-struct options {
-    std::string output = "studies";
-    int size = 64, runs = 3, threads = static_cast<int>(std::thread::hardware_concurrency());
+struct options : image_options {
+    int runs = 3;
     double seconds = 10, reference_seconds = 120; // of the processor, for each run of an algorithm
     double radius = 1;                            // of the first pass, times that chosen for the scene
     std::vector<std::string> scenes{"caustic", "diffuse"};
-    std::uint64_t seed = 1;
-    bool report_only = false;
 };
 
 // Radius of the first pass, as a part of the scene's: chosen by hand, as in [H] 5.
@@ -34,7 +32,6 @@ bpt::renderer<real> make_renderer(const bpt::scene<real>& scene, const options& 
     s.width = o.size;
     s.threads = o.threads;
     s.seed = seed;
-    s.check_weights = false;
     s.merge_radius = radius * radius_of(scene.name) * scene.radius;
     const auto algorithm = bpt::algorithms(walks, s.merge_radius).at(name.substr(0, name.find(' ')));
     s.counts = name == "ups 1" ? bpt::one_light_vertex(algorithm.counts) : algorithm.counts;
@@ -152,10 +149,10 @@ double slope_of(const result& r) {
 
 void write_images(const bpt::scene<real>& scene, const options& o, const results& all, const reference& r) {
     const double exposure = static_cast<double>(scene.exposure);
-    std::vector<bpt::labelled_image> images{{"reference", r.mean, exposure}};
+    std::vector<lab::labelled_image> images{{"reference", r.mean, exposure}};
     for (const auto& name : names)
         images.push_back({name, mean_image(all.at(name).sum), exposure});
-    bpt::write_sheet(o.output + "/cornell-" + scene.name + ".png", images, 3, 3);
+    lab::write_sheet(o.output + "/cornell-" + scene.name + ".png", images, 3, 3);
 
     const parts& ups = all.at("ups").sum;
     const double scale = exposure / ups.passes;
@@ -163,13 +160,13 @@ void write_images(const bpt::scene<real>& scene, const options& o, const results
     for (std::size_t i = 0; i < ups.pixels(); ++i) {
         const glm::dvec3 ones(1);
         const double merged = dot(ups.merged.pixels[i], ones), rest = dot(ups.connected.pixels[i], ones);
-        share.pixels[i] = bpt::false_color(merged > 0 ? merged / (merged + rest) : 0);
+        share.pixels[i] = lab::false_color(merged > 0 ? merged / (merged + rest) : 0);
     }
-    bpt::write_sheet(o.output + "/cornell-" + scene.name + "-shares.png",
+    lab::write_sheet(o.output + "/cornell-" + scene.name + "-shares.png",
                      {{"connections", ups.connected, scale},
                       {"merges", ups.merged, scale},
                       {"both", mean_image(ups), exposure},
-                      {"share of merges", share, 1}},
+                      {"share of merges", share, 1, {"-1", "0", "1"}}},
                      4, 3);
 }
 
@@ -210,7 +207,7 @@ bool run(const options& o) {
             good &= report(ups <= 1.3, text("ups has %.2f times the error of bpt (bar: 1.3)", ups));
         }
     }
-    return good || o.report_only;
+    return good;
 }
 
 } // namespace
@@ -220,26 +217,15 @@ int main(int count, char** arguments) {
                              "time; writes cornell.csv and images.\n") +
                  exit_statuses};
     options o;
-    app.add_option("--output", o.output, "folder to write to")->capture_default_str();
-    app.add_option("--size", o.size, "width and height in pixels")
-        ->check(CLI::Range(8, 512))
-        ->capture_default_str();
-    app.add_option("--seconds", o.seconds, "processor time of each run")
-        ->check(CLI::Range(1e-3, 1e6))
-        ->capture_default_str();
-    app.add_option("--runs", o.runs, "of each algorithm")->check(CLI::Range(1, 1000))->capture_default_str();
-    app.add_option("--reference-seconds", o.reference_seconds, "processor time of a scene's reference")
-        ->check(CLI::Range(1e-3, 1e6))
-        ->capture_default_str();
+    add_common(app, o);
+    add_number(app, "--seconds", o.seconds, "processor time of each run", 1e-3, 1e6);
+    add_number(app, "--runs", o.runs, "of each algorithm", 1, 1000);
+    add_number(app, "--reference-seconds", o.reference_seconds, "processor time of a scene's reference", 1e-3,
+               1e6);
     app.add_option("--scene", o.scenes, "caustic, diffuse")
         ->check(CLI::IsMember({"caustic", "diffuse"}))
         ->capture_default_str();
-    app.add_option("--radius", o.radius, "within which walks merge in pass 1, times that of the scene")
-        ->check(CLI::Range(1e-3, 1e3))
-        ->capture_default_str();
-    app.add_option("--threads", o.threads, "threads")->check(CLI::Range(1, 1024))->capture_default_str();
-    app.add_option("--seed", o.seed, "of the first run")->capture_default_str();
-    app.add_flag("--report-only", o.report_only,
-                 "a missed bar is no failure: for times too short to meet it");
-    return run_study(app, count, arguments, [&] { return run(o); });
+    add_number(app, "--radius", o.radius, "within which walks merge in pass 1, times that of the scene", 1e-3,
+               1e3);
+    return run_study(app, o, count, arguments, [&] { return run(o); });
 }

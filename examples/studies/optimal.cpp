@@ -11,11 +11,8 @@ namespace {
 
 using namespace studies;
 
-struct options {
-    std::string output = "studies";
+struct options : common_options {
     int largest = 1024, repetitions = 20'000;
-    std::uint64_t seed = 1;
-    bool report_only = false;
 };
 
 // ---- Estimators ----
@@ -327,7 +324,7 @@ bool run(const options& o) {
             csv.add(to_csv(s, r, e));
         good &= check(s, rows, e);
     }
-    return good || o.report_only;
+    return good;
 }
 
 } // namespace
@@ -338,14 +335,9 @@ int main(int count, char** arguments) {
                     "optimal.csv.\n") +
         exit_statuses};
     options o;
-    app.add_option("--output", o.output, "folder to write to")->capture_default_str();
-    app.add_option("--largest", o.largest, "samples of each technique are 1, 2, 4, ... up to this")
-        ->check(CLI::Range(1, 1 << 20))
-        ->capture_default_str();
-    app.add_option("--repetitions", o.repetitions, "independent estimates")
-        ->check(CLI::Range(2, 10'000'000))
-        ->capture_default_str();
-    app.add_option("--seed", o.seed, "of the samples")->capture_default_str();
-    app.add_flag("--report-only", o.report_only, "a missed bar is no failure: for runs too short to meet it");
-    return run_study(app, count, arguments, [&] { return run(o); });
+    add_common(app, o);
+    add_number(app, "--largest", o.largest, "samples of each technique are 1, 2, 4, ... up to this", 1,
+               1 << 20);
+    add_number(app, "--repetitions", o.repetitions, "independent estimates", 2, 10'000'000);
+    return run_study(app, o, count, arguments, [&] { return run(o); });
 }

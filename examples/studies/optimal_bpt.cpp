@@ -2,51 +2,52 @@
 // from the same paths, without merges and with them, against a reference; and by power in the time that
 // optimal weights take. Writes optimal_bpt.csv and images. docs/optimal.md tells what it shows.
 #include "render_parts.hpp"
-#include <algorithms.hpp>
-#include <optimal.hpp>
+#include <bpt/algorithms.hpp>
+#include <lab/optimal.hpp>
+#include <lab/pictures.hpp>
+#include <lab/render.hpp>
 
 namespace {
 
 using namespace studies;
 using real = double;
 
-struct options {
-    std::string output = "studies";
+struct options : image_options {
     std::vector<std::string> scenes = bpt::scene_names();
     std::vector<int> tiles{1, 4, 16};
-    int size = 48, passes = 64, threads = static_cast<int>(std::thread::hardware_concurrency());
+    int passes = 64;
     double reference_seconds = 20, radius = 0.01;
-    std::uint64_t seed = 1;
+    options() { size = 48; }
 };
 
 // Light that is seen directly is found by one technique only, whatever the weights, and would be most of the
 // noise.
 constexpr int shortest = 3; // vertices
 
-bpt::renderer<real> make_renderer(const bpt::scene<real>& scene, const options& o, bool merging,
-                                  double radius, std::uint64_t seed) {
+lab::settings<real> make_settings(const bpt::scene<real>& scene, const options& o, bool merging,
+                                  std::uint64_t seed) {
     const real walks = static_cast<real>(o.size) * static_cast<real>(o.size);
-    bpt::settings<real> s;
+    lab::settings<real> s;
     s.width = o.size;
     s.threads = o.threads;
     s.seed = seed;
-    s.heuristic = {bpt::heuristic_kind::power, 2};
+    s.heuristic = {mis::heuristic_kind::power, 2};
     s.check_weights = false;
-    s.merge_radius = radius * scene.radius;
+    s.merge_radius = o.radius * scene.radius;
     s.counts = bpt::algorithms(walks, s.merge_radius).at(merging ? "ups" : "bpt").counts;
-    return {scene, s};
+    return s;
 }
 
 // An image of optimal weights with tiles of one width, and the time they take beside the rendering.
 struct optimal_image {
-    bpt::optimal_weights weights;
+    lab::optimal_weights weights;
     bpt::image sum;
     double seconds = 0;
 };
 
 bool is_power_of_2(int n) { return (n & (n - 1)) == 0; }
 
-void add_pass(optimal_image& image, const bpt::pass_result<real>& pass, int threads) {
+void add_pass(optimal_image& image, const lab::pass_result<real>& pass, int threads) {
     constexpr int first_solve = 4; // passes
     const double start = processor_seconds();
     for (const auto& row : pass.rows)
@@ -67,11 +68,11 @@ struct estimate {
 
 struct comparison {
     std::vector<estimate> estimates;
-    std::vector<bpt::labelled_image> images;
+    std::vector<lab::labelled_image> images;
 };
 
 // Power alone, as fast as it is: until a number of passes or a time.
-estimate power_alone(const bpt::renderer<real>& renderer, int passes, double seconds, const char* name,
+estimate power_alone(const lab::renderer<real>& renderer, int passes, double seconds, const char* name,
                      const reference& r) {
     parts sum(renderer.set.width);
     sum.shortest = shortest;
@@ -83,8 +84,8 @@ estimate power_alone(const bpt::renderer<real>& renderer, int passes, double sec
 }
 
 comparison compare(const bpt::scene<real>& scene, const options& o, bool merging, const reference& r) {
-    const auto renderer = make_renderer(scene, o, merging, o.radius, o.seed);
-    auto settings = renderer.set;
+    auto settings = make_settings(scene, o, merging, o.seed);
+    const auto renderer = lab::make_renderer(scene, settings);
     settings.passes = o.passes;
     settings.balance_all = true;
     std::vector<optimal_image> optimal;
@@ -92,7 +93,7 @@ comparison compare(const bpt::scene<real>& scene, const options& o, bool merging
         optimal.push_back({{settings.counts, settings.merge_radius, o.size, tile}, bpt::black(o.size), 0});
     bpt::image balance = bpt::black(o.size), power = balance;
     double rendering = 0, since = processor_seconds();
-    bpt::render(scene, settings, [&](const bpt::pass_result<real>& pass) {
+    lab::render(scene, settings, [&](const lab::pass_result<real>& pass) {
         rendering += processor_seconds() - since;
         for (const auto& row : pass.rows)
             for (std::size_t i = 0; i < row.samples.size(); ++i) {
@@ -140,7 +141,7 @@ void report_scene(const std::string& name, const options& o, csv_file& csv) {
         const reference r = render_reference(
             name, o.reference_seconds,
             [&](std::size_t half) {
-                return make_renderer(scene, o, merging, o.radius, o.seed + 1000 + half);
+                return lab::make_renderer(scene, make_settings(scene, o, merging, o.seed + 1000 + half));
             },
             shortest);
         const comparison c = compare(scene, o, merging, r);
@@ -154,7 +155,7 @@ void report_scene(const std::string& name, const options& o, csv_file& csv) {
             csv.add(text("%s,%s,\"%s\",%d,%g,%g,%g", name.c_str(), merging ? "merging" : "connecting",
                          e.name.c_str(), e.passes, e.seconds, e.rms, e.rms / power));
         }
-        bpt::write_sheet(o.output + "/optimal_bpt-" + name + (merging ? "-merging" : "") + ".png", c.images,
+        lab::write_sheet(o.output + "/optimal_bpt-" + name + (merging ? "-merging" : "") + ".png", c.images,
                          3, 3);
     }
 }
@@ -173,25 +174,15 @@ int main(int count, char** arguments) {
                              "optimal_bpt.csv and images.\n") +
                  exit_statuses};
     options o;
-    app.add_option("--output", o.output, "folder to write to")->capture_default_str();
+    add_common(app, o);
     app.add_option("--scene", o.scenes, "of the reference renderer")
         ->check(CLI::IsMember(bpt::scene_names()));
     app.add_option("--tile", o.tiles, "widths of the tiles of pixels that share a system")
         ->check(CLI::Range(1, 512))
         ->capture_default_str();
-    app.add_option("--size", o.size, "width and height in pixels")
-        ->check(CLI::Range(8, 512))
-        ->capture_default_str();
-    app.add_option("--passes", o.passes, "samples per pixel")
-        ->check(CLI::Range(1, 1 << 20))
-        ->capture_default_str();
-    app.add_option("--reference-seconds", o.reference_seconds, "processor time of each reference")
-        ->check(CLI::Range(1e-3, 1e6))
-        ->capture_default_str();
-    app.add_option("--radius", o.radius, "within which walks merge; 1 is the scene's radius")
-        ->check(CLI::Range(1e-6, 1.0))
-        ->capture_default_str();
-    app.add_option("--threads", o.threads, "threads")->check(CLI::Range(1, 1024))->capture_default_str();
-    app.add_option("--seed", o.seed, "of the compared images")->capture_default_str();
-    return run_study(app, count, arguments, [&] { return run(o); });
+    add_number(app, "--passes", o.passes, "samples per pixel", 1, 1 << 20);
+    add_number(app, "--reference-seconds", o.reference_seconds, "processor time of each reference", 1e-3,
+               1e6);
+    add_number(app, "--radius", o.radius, "within which walks merge; 1 is the scene's radius", 1e-6, 1);
+    return run_study(app, o, count, arguments, [&] { return run(o); });
 }

@@ -4,9 +4,8 @@
 
 #include "study.hpp"
 #include <array>
+#include <bpt/render.hpp>
 #include <ctime>
-#include <film.hpp>
-#include <render.hpp>
 
 namespace studies {
 
@@ -31,18 +30,15 @@ inline bpt::image mean_image(const parts& p) {
 
 // The next pass. Rows are rendered in parallel: light walks, the only ones to reach pixels of other rows,
 // wait.
-template <class Real> void add_pass(const bpt::renderer<Real>& first, parts& sum) {
-    const int pass = sum.passes++;
-    const bpt::renderer<Real> renderer = first.at_pass(pass);
-    std::optional<bpt::photon_map<Real>> photons;
-    if (renderer.merges())
-        photons.emplace(renderer.trace_light_walks(pass));
+template <class Real, class Heuristic>
+void add_pass(const bpt::renderer<Real, Heuristic>& first, parts& sum) {
     struct splat {
         std::size_t pixel;
         glm::dvec3 value;
     };
-    std::vector<std::vector<splat>> splats(static_cast<std::size_t>(renderer.set.width));
-    bpt::in_parallel(renderer.set.threads, renderer.set.width, [&](int row) {
+    std::vector<std::vector<splat>> splats(static_cast<std::size_t>(first.set.width));
+    const int pass = sum.passes++;
+    bpt::render_pass(first, pass, [&](const auto& renderer, const bpt::photon_map<Real>* photons, int row) {
         const auto add = [&](const bpt::contribution<Real>& c, const bpt::complete_path<Real>&) {
             if (c.vertices < sum.shortest)
                 return;
@@ -55,7 +51,7 @@ template <class Real> void add_pass(const bpt::renderer<Real>& first, parts& sum
             else
                 sum.connected.pixels[s.pixel] += s.value;
         };
-        renderer.render_row(pass, row, add, photons ? &*photons : nullptr);
+        renderer.render_row(pass, row, add, photons);
     });
     for (const auto& row : splats)
         for (const splat& s : row)

@@ -1,10 +1,15 @@
 // Do weights depend on the units of the scene? Merges are weighed in three ways, [H] figure 6: with their
 // density times pi r^2 [G], with all others' divided by pi r^2 [H], and without the area, which is wrong.
 #include "study.hpp"
+#include <lab/render.hpp>
 #include <mis/verify/invariance.hpp>
-#include <render.hpp>
 
 namespace {
+
+struct options : studies::image_options {
+    std::string scene = "glossy";
+    options() { size = 32; }
+};
 
 enum form { georgiev, hachisuka, without_area };
 
@@ -20,26 +25,26 @@ template <class Real> struct paths {
     Real radius = 0;
 };
 
-template <class Real> paths<Real> render_paths(const std::string& name, int width) {
+template <class Real> paths<Real> render_paths(const std::string& name, int width, std::uint64_t seed) {
     const auto scene = bpt::make_scene<Real>(name);
     paths<Real> result;
     result.radius = Real(0.01) * scene.radius;
     result.counts =
         mis::connection_and_merging(static_cast<Real>(width) * static_cast<Real>(width), result.radius);
-    bpt::settings<Real> s;
-    s.width = width;
-    s.merge_radius = result.radius;
-    s.counts = result.counts;
-    const bpt::renderer<Real> renderer(scene, s);
-    const bpt::photon_map<Real> photons(renderer.trace_light_walks(0));
+    lab::settings<Real> set;
+    set.width = width;
+    set.seed = seed;
+    set.merge_radius = result.radius;
+    set.counts = result.counts;
+    const auto renderer = lab::make_renderer(scene, set);
+    const bpt::photon_map<Real> photons(renderer.trace_photons(0));
+    const auto light_walks = lab::trace_light_walks(renderer, 0);
     for (int row = 0; row < width; ++row)
         renderer.render_row(
             0, row,
-            [&](const bpt::contribution<Real>& c, const bpt::complete_path<Real>& path) {
-                weighed_path<Real> p{{}, c.technique};
-                for (int i = 0; i < path.size; ++i)
-                    p.vertices.push_back(path.vertices[i].record);
-                result.all.push_back(p);
+            [&](const bpt::contribution<Real>& c, const bpt::complete_path<Real>& complete) {
+                const auto path = lab::look_at(scene, width, complete, light_walks);
+                result.all.push_back({{path.records, path.records + path.size}, c.technique});
             },
             &photons);
     return result;
@@ -81,9 +86,8 @@ template <class Real> summary summarize(const paths<Real>& p, Real scale, form f
     return s;
 }
 
-template <class Real>
-bool run(const std::string& scene, int width, const char* scalar, studies::csv_file& csv) {
-    const auto p = render_paths<Real>(scene, width);
+template <class Real> bool run(const options& o, const char* scalar, studies::csv_file& csv) {
+    const auto p = render_paths<Real>(o.scene, o.size, o.seed);
     double worst = 0;
     for (const double scale : {1e-3, 1e-2, 1e-1, 1.0, 1e1, 1e2, 1e3}) {
         std::string line = studies::text("%s,%g", scalar, scale);
@@ -108,18 +112,16 @@ int main(int count, char** arguments) {
         std::string("Weights under scaling of the scene, with and without the area of merges; writes "
                     "scale.csv.\n") +
         studies::exit_statuses};
-    std::string output = "studies", scene = "glossy";
-    int size = 32;
-    app.add_option("--output", output, "folder to write to")->capture_default_str();
-    app.add_option("--scene", scene, "of the reference renderer")->capture_default_str();
-    app.add_option("--size", size, "width and height in pixels")
-        ->check(CLI::Range(1, 512))
+    options o;
+    studies::add_common(app, o);
+    app.add_option("--scene", o.scene, "of the reference renderer")
+        ->check(CLI::IsMember(bpt::scene_names()))
         ->capture_default_str();
-    return studies::run_study(app, count, arguments, [&] {
-        studies::csv_file csv(output, "scale.csv",
+    return studies::run_study(app, o, count, arguments, [&] {
+        studies::csv_file csv(o.output, "scale.csv",
                               "scalar,scale,merges times area,largest change,others divided by area,largest "
                               "change,without area,largest change");
-        const bool in_double = run<double>(scene, size, "double", csv);
-        return run<float>(scene, size, "float", csv) && in_double;
+        const bool in_double = run<double>(o, "double", csv);
+        return run<float>(o, "float", csv) && in_double;
     });
 }

@@ -4,11 +4,14 @@
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdarg>
+#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
 #include <stdexcept>
 #include <string>
+#include <thread>
+#include <type_traits>
 #include <unistd.h>
 #include <vector>
 
@@ -16,12 +19,40 @@ namespace studies {
 
 constexpr const char* exit_statuses = "Exit status: 0 all checks pass, 1 some do not, 2 bad input.";
 
+// The options that all studies have, and those that studies with images have.
+struct common_options {
+    std::string output = "studies";
+    std::uint64_t seed = 1;
+    bool report_only = false;
+};
+struct image_options : common_options {
+    int size = 64, threads = static_cast<int>(std::thread::hardware_concurrency());
+};
+
+// An option with a least and a greatest value.
+template <class T>
+void add_number(CLI::App& app, const std::string& name, T& value, const std::string& what,
+                std::common_type_t<T> least, std::common_type_t<T> greatest) {
+    app.add_option(name, value, what)->check(CLI::Range(least, greatest))->capture_default_str();
+}
+inline void add_common(CLI::App& app, common_options& o) {
+    app.add_option("--output", o.output, "folder to write to")->capture_default_str();
+    app.add_option("--seed", o.seed, "of all random numbers")->capture_default_str();
+    app.add_flag("--report-only", o.report_only, "a missed bar is no failure: for runs too short to meet it");
+}
+inline void add_common(CLI::App& app, image_options& o) {
+    add_common(app, static_cast<common_options&>(o));
+    add_number(app, "--size", o.size, "width and height in pixels", 4, 1024);
+    add_number(app, "--threads", o.threads, "that render", 1, 1024);
+}
+
 // Parses the command line and runs the study; run() tells whether all checks pass. Returns the exit status;
 // what goes wrong is one line.
-template <class Run> int run_study(CLI::App& app, int count, char** arguments, Run&& run) {
+template <class Run>
+int run_study(CLI::App& app, const common_options& o, int count, char** arguments, Run&& run) {
     try {
         app.parse(count, arguments);
-        return run() ? 0 : 1;
+        return run() || o.report_only ? 0 : 1;
     } catch (const CLI::CallForHelp& help) {
         return app.exit(help);
     } catch (const std::exception& error) {

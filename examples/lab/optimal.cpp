@@ -3,7 +3,7 @@
 #include <tuple>
 #include <utility>
 
-namespace bpt {
+namespace lab {
 namespace {
 
 // The systems of paths of n vertices.
@@ -102,4 +102,4 @@ double optimal_weights::pixels_of(std::size_t t) const {
     return static_cast<double>(extent(index / tiles_across)) * extent(index % tiles_across);
 }
 
-} // namespace bpt
+} // namespace lab

@@ -5,16 +5,17 @@
 #include <mis/verify/record.hpp>
 #include <nlohmann/json.hpp>
 
-namespace bpt {
+namespace lab {
 
 using mis::name_of;
 
 template <class Real> nlohmann::ordered_json to_json(const vec3<Real>& v) { return {v.x, v.y, v.z}; }
 
 template <class Real>
-nlohmann::ordered_json to_json(const scene<Real>& scene, const vertex<Real>& x, bool has_previous,
-                               bool has_next) {
-    const auto& r = x.record;
+nlohmann::ordered_json to_json(const scene<Real>& scene, const seen_path<Real>& path, int i) {
+    const vertex<Real>& x = path[i];
+    const auto& r = path.records[i];
+    const bool has_previous = i > 0, has_next = i + 1 < path.size;
     nlohmann::ordered_json j{{"kind", name_of(r.kind)}};
     if (is_infinite(x)) {
         j["direction"] = to_json(x.point.normal);
@@ -38,7 +39,7 @@ nlohmann::ordered_json to_json(const scene<Real>& scene, const vertex<Real>& x, 
         j["pdf_position"] = r.pdf_position;
     if (is_light(x)) {
         j["pdf_next_event"] = r.pdf_next_event;
-        const light<Real>& l = scene.lights[static_cast<std::size_t>(x.point.light)];
+        const light<Real>& l = light_of(scene, x);
         j["selection"] = l.select_emission;
         j["selection_next_event"] = l.select_next_event;
     }
@@ -47,8 +48,8 @@ nlohmann::ordered_json to_json(const scene<Real>& scene, const vertex<Real>& x, 
     if (x.material)
         j["survival"] = x.material->survival;
     if (scatters_dirac(x)) {
-        j["eta_to_camera"] = x.eta_to_camera;
-        j["eta_to_light"] = x.eta_to_light;
+        j["eta_to_camera"] = path.eta_to_camera[i];
+        j["eta_to_light"] = path.eta_to_light[i];
     }
     return j;
 }
@@ -65,17 +66,17 @@ template <class Real> nlohmann::ordered_json photon_to_json(const vertex<Real>& 
 
 // Merges are dumped as the number of light walks and the radius, not as their product.
 template <class Real>
-std::string to_json_line(const scene<Real>& scene, const weights<Real>& weigh, Real merge_radius,
-                         const contribution<Real>& c, const complete_path<Real>& path) {
+std::string to_json_line(const renderer<Real>& r, const contribution<Real>& c, const seen_path<Real>& path) {
+    const any_heuristic& heuristic = r.weigh.heuristic;
     nlohmann::ordered_json j{{"technique", name_of(c.technique.kind)},
                              {"camera_vertices", c.technique.camera_vertices},
                              {"weight", c.weight},
-                             {"heuristic", name_of(weigh.heuristic.kind)}};
-    if (weigh.heuristic.kind == heuristic_kind::power)
-        j["beta"] = weigh.heuristic.parameter;
-    if (weigh.heuristic.kind == heuristic_kind::cutoff)
-        j["alpha"] = weigh.heuristic.parameter;
-    const auto counts = counts_for(weigh, path);
+                             {"heuristic", name_of(heuristic.kind)}};
+    if (heuristic.kind == heuristic_kind::power)
+        j["beta"] = heuristic.parameter;
+    if (heuristic.kind == heuristic_kind::cutoff)
+        j["alpha"] = heuristic.parameter;
+    const auto counts = counts_for(r, path);
     for (const auto kind :
          {mis::technique_kind::light_hit, mis::technique_kind::next_event, mis::technique_kind::connection,
           mis::technique_kind::camera_connection, mis::technique_kind::direct})
@@ -83,19 +84,19 @@ std::string to_json_line(const scene<Real>& scene, const weights<Real>& weigh, R
             j["counts"][name_of(kind)] = count;
     if (counts.merge > Real(0)) {
         j["counts"][name_of(mis::technique_kind::merge)] =
-            std::round(counts.merge / mis::merge_area(merge_radius));
-        j["radius"] = merge_radius;
+            std::round(counts.merge / mis::merge_area(r.set.merge_radius));
+        j["radius"] = r.set.merge_radius;
     }
     if (counts.max_camera_vertices < INT_MAX)
         j["max_camera_vertices"] = counts.max_camera_vertices;
     if (counts.max_light_vertices < INT_MAX)
         j["max_light_vertices"] = counts.max_light_vertices;
     for (int i = 0; i < path.size; ++i)
-        j["vertices"].push_back(to_json(scene, path.vertices[i], i > 0, i + 1 < path.size));
+        j["vertices"].push_back(to_json(r.scene, path, i));
     if (path.photon)
         j["vertices"][static_cast<std::size_t>(c.technique.camera_vertices - 1)]["photon"] =
             photon_to_json(*path.photon);
     return j.dump();
 }
 
-} // namespace bpt
+} // namespace lab

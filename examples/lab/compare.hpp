@@ -1,11 +1,12 @@
 // What planted mistakes do to an image, of which the same paths make the right one.
 #pragma once
 
-#include "film.hpp"
+#include "pictures.hpp"
+#include "render.hpp"
 #include <mis/verify/record.hpp>
 #include <numeric>
 
-namespace bpt {
+namespace lab {
 
 // The brightness of an image and its variance from pass to pass, summed over pixels.
 struct noise_meter {
@@ -37,7 +38,7 @@ struct comparison {
 
     // To the film, and with its right weight to the right image. A weight that is no number is left out, as
     // renderers do.
-    template <class Real> void add(film& film, const contribution<Real>& c) {
+    template <class Real> void add(technique_film& film, const weighed_contribution<Real>& c) {
         const auto pixel = static_cast<std::size_t>(c.pixel);
         const double weight = static_cast<double>(c.weight),
                      right_weight = static_cast<double>(c.right_weight);
@@ -62,6 +63,6 @@ std::string change_of(const comparison& c, int passes);
 
 // Three images: right, with the film's mistakes, and their difference: red where mistakes make it brighter,
 // blue where darker.
-void write_comparison(const std::string& file, const film& film, const image& right, double exposure);
+void write_comparison(const std::string& file, const bpt::film& film, const image& right, double exposure);
 
-} // namespace bpt
+} // namespace lab

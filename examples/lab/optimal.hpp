@@ -6,7 +6,7 @@
 #include "weigh.hpp"
 #include <memory>
 
-namespace bpt {
+namespace lab {
 
 // For passes that all have the same counts.
 //
@@ -46,4 +46,4 @@ private:
     std::unique_ptr<systems> of_lengths;
 };
 
-} // namespace bpt
+} // namespace lab

@@ -1,4 +1,4 @@
-# The demo program ${PROGRAM}: bad input gets one clear line on standard error and exit status 2, and --snapshots
+# The laboratory ${PROGRAM} and the renderer ${RENDERER}: bad input gets one clear line on standard error and exit status 2, and --snapshots
 # writes what it should.
 cmake_minimum_required(VERSION 3.21)
 include(${CMAKE_CURRENT_LIST_DIR}/expect_refusal.cmake)
@@ -25,7 +25,7 @@ function(expect_success)
     execute_process(COMMAND ${PROGRAM} ${ARGN} RESULT_VARIABLE status OUTPUT_QUIET ERROR_VARIABLE error)
     if(NOT status EQUAL 0)
         list(JOIN ARGN " " arguments)
-        message(SEND_ERROR "bpt ${arguments}: status ${status}, standard error:\n${error}")
+        message(SEND_ERROR "${PROGRAM} ${arguments}: status ${status}, standard error:\n${error}")
     endif()
 endfunction()
 function(expect_same one other)
@@ -37,7 +37,7 @@ function(expect_same one other)
 endfunction()
 
 # A snapshot is the image of as many passes, and taking it changes no later pass.
-set(folder ${CMAKE_CURRENT_BINARY_DIR}/bpt_command_line)
+set(folder ${CMAKE_CURRENT_BINARY_DIR}/lab_command_line)
 file(REMOVE_RECURSE ${folder})
 set(render --scene cornell --size 8 --algorithm ups --no-checks)
 foreach(passes 1 4 6)
@@ -77,6 +77,24 @@ list(GET lines 0 heading)
 if(NOT heading STREQUAL "passes,seconds")
     message(SEND_ERROR "cornell-convergence.csv without a reference: ${heading}")
 endif()
+
+# A disk that is full: the dump is short, and that is said.
+if(EXISTS /dev/full)
+    expect_refusal(--samples 1 --size 8 --no-checks --output ${folder}/full --dump /dev/full)
+endif()
+
+# The renderer's own command line.
+set(lab ${PROGRAM})
+set(PROGRAM ${RENDERER})
+expect_refusal(--scene no_such_scene)
+expect_refusal(--samples 0)
+expect_refusal(--beta 0)
+expect_refusal(--algorithm lt --one-light-vertex)
+expect_refusal(--samples 1 --output ${CMAKE_CURRENT_LIST_FILE}/folder)
+expect_success(--scene cornell --size 8 --algorithm ups --samples 6 --output ${folder}/renderer)
+set(PROGRAM ${lab})
+expect_success(${render} --samples 6 --scalar float --output ${folder}/float)
+expect_same(${folder}/renderer/cornell.exr ${folder}/float/cornell.exr)
 
 # Several scenes have no common reference.
 expect_refusal(--scene all --samples 1 --size 8 --snapshots --reference ${folder}/6/cornell.exr

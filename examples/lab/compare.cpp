@@ -1,7 +1,7 @@
 #include "compare.hpp"
 #include <cstdio>
 
-namespace bpt {
+namespace lab {
 
 std::string change_of(const comparison& c, int passes) {
     const auto &wrong = c.with_mistakes.sum, &right = c.without.sum;
@@ -26,19 +26,20 @@ std::string change_of(const comparison& c, int passes) {
     return line;
 }
 
-void write_comparison(const std::string& file, const film& film, const image& right, double exposure) {
+void write_comparison(const std::string& file, const bpt::film& film, const image& right, double exposure) {
     constexpr int magnified = 8;
+    const std::string change = "1/" + std::to_string(magnified); // of what is shown as white
     const double scale = exposure / film.passes;
     image difference = right;
     for (std::size_t i = 0; i < right.pixels.size(); ++i) {
-        const glm::dvec3 change = film.sum.pixels[i] - right.pixels[i];
-        difference.pixels[i] = false_color(magnified * scale * (change.x + change.y + change.z) / 3);
+        const glm::dvec3 apart = film.sum.pixels[i] - right.pixels[i];
+        difference.pixels[i] = false_color(magnified * scale * (apart.x + apart.y + apart.z) / 3);
     }
     write_sheet(file,
                 {{"right", right, scale},
                  {"with the mistake", film.sum, scale},
-                 {"difference, x " + std::to_string(magnified), difference, 1}},
+                 {"difference", difference, 1, {"darker by " + change, "0", "brighter by " + change}}},
                 3);
 }
 
-} // namespace bpt
+} // namespace lab

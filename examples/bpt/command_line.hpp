@@ -1,0 +1,113 @@
+// The options of the renderer, for its own command line and others'.
+#pragma once
+
+#include "algorithms.hpp"
+#include "render.hpp"
+#include <CLI/CLI.hpp>
+#include <csignal>
+#include <unistd.h>
+
+namespace bpt {
+
+struct options {
+    std::vector<std::string> scenes{"cornell"};
+    std::string output = "bpt-output", algorithm = "bpt";
+    int samples = 16, size = 128, threads = settings<double>{}.threads, longest = longest_path,
+        light_samples = 1;
+    double beta = 2, radius = 0.01, radius_alpha = 2.0 / 3; // [H] 20 - 23
+    unsigned seed = 1;
+    bool random_connection = false, one_light_vertex = false;
+};
+
+inline void add_options(CLI::App& app, options& o) {
+    using CLI::Range;
+    const auto above_0_to = [](double most) { return Range(std::numeric_limits<double>::min(), most); };
+    std::vector<std::string> scenes = scene_names();
+    scenes.insert(scenes.end(), study_scene_names().begin(), study_scene_names().end());
+    scenes.push_back("all");
+    app.add_option("--scene", o.scenes, "by name, or all that show what the renderer can do")
+        ->check(CLI::IsMember(scenes));
+    app.add_option("--samples", o.samples, "passes: camera walks per pixel")->check(Range(1, 1000000));
+    app.add_option("--size", o.size, "width and height in pixels")->check(Range(1, 4096));
+    app.add_option("--output", o.output, "folder of the images");
+    app.add_option("--beta", o.beta, "of the power heuristic; 1: balance")->check(above_0_to(64));
+    app.add_option("--algorithm", o.algorithm, "techniques that are on")
+        ->check(CLI::IsMember(algorithms<double>(1, 1)));
+    app.add_flag("--one-light-vertex", o.one_light_vertex, "no connections to longer light walks");
+    app.add_flag("--random-connection", o.random_connection,
+                 "join each camera vertex to one light vertex only");
+    app.add_option("--light-samples", o.light_samples, "next events at each camera vertex")
+        ->check(Range(1, 1024));
+    app.add_option("--radius", o.radius, "within which walks merge in pass 1; 1 is the scene's radius")
+        ->check(above_0_to(1));
+    app.add_option("--radius-alpha", o.radius_alpha,
+                   "ppm, sppm, ups, vcm: the radius of pass i is that of pass 1 times i^((alpha - 1) / 2)")
+        ->check(above_0_to(1));
+    app.add_option("--max-vertices", o.longest, "of a path in all")->check(Range(2, longest_path));
+    app.add_option("--threads", o.threads, "the image is the same for any number")->check(Range(1, 1024));
+    app.add_option("--seed", o.seed, "of the random numbers");
+}
+
+// The options as settings for a scene. Throws std::runtime_error where no technique is left.
+template <class Real> settings<Real> settings_of(const options& o, const scene<Real>& scene) {
+    settings<Real> set;
+    set.width = o.size;
+    set.passes = o.samples;
+    set.threads = o.threads;
+    set.longest = o.longest;
+    set.seed = o.seed;
+    set.merge_radius = static_cast<Real>(o.radius) * scene.radius;
+    const Real light_walks = static_cast<Real>(o.size) * static_cast<Real>(o.size);
+    const auto algorithm = algorithms(light_walks, set.merge_radius).at(o.algorithm);
+    set.counts = o.one_light_vertex ? one_light_vertex(algorithm.counts) : algorithm.counts;
+    if (!has_technique(set.counts))
+        throw std::runtime_error("--one-light-vertex leaves no technique of --algorithm '" + o.algorithm +
+                                 "'");
+    set.counts.next_event *= static_cast<Real>(o.light_samples);
+    set.merges_once = algorithm.merges_once;
+    set.radius_alpha = algorithm.is_progressive ? static_cast<Real>(o.radius_alpha) : Real(1);
+    set.random_connection = o.random_connection;
+    return set;
+}
+
+inline const std::vector<std::string>& scenes_of(const options& o) {
+    return o.scenes == std::vector<std::string>{"all"} ? scene_names() : o.scenes;
+}
+
+// Set by an interruption (Control-C): the pass at hand is finished, and what there is is written.
+inline volatile std::sig_atomic_t interrupted = 0;
+
+// Parses the command line, makes the folder --output, and does the work; what goes wrong is one line on
+// standard error. Returns the exit status: 2 where something went wrong, 130 after an interruption, else
+// run()'s.
+template <class Run>
+int run_program(CLI::App& app, const options& o, int count, char** arguments, Run&& run) {
+    try {
+        app.parse(count, arguments);
+        std::error_code failure;
+        std::filesystem::create_directories(o.output, failure);
+        if (failure)
+            throw std::runtime_error("--output '" + o.output + "' is no folder that can be written to");
+        std::signal(SIGINT, [](int) { interrupted = 1; });
+        const int status = run();
+        return interrupted ? 130 : status;
+    } catch (const CLI::CallForHelp& help) {
+        return app.exit(help);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "%s: %s\n", std::filesystem::path(arguments[0]).filename().c_str(),
+                     error.what());
+        return 2;
+    }
+}
+
+// One line on a terminal, that the next one overwrites.
+inline void show_progress(const std::string& what, int done, int all) {
+    if (isatty(STDERR_FILENO))
+        std::fprintf(
+            stderr, "\r\033[K%s",
+            done < all
+                ? (what + ": " + std::to_string(done) + " of " + std::to_string(all) + " passes").c_str()
+                : "");
+}
+
+} // namespace bpt

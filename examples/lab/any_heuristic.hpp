@@ -1,0 +1,43 @@
+// A heuristic chosen at run time: --heuristic. The library's own are types, so that nothing is decided in
+// inner loops; a renderer with one heuristic needs nothing of this.
+#pragma once
+
+#include <mis/heuristic.hpp>
+
+namespace lab {
+
+using mis::heuristic_kind;
+
+struct any_heuristic {
+    heuristic_kind kind = heuristic_kind::balance;
+    double parameter = 2; // beta of power, alpha of cutoff
+
+    template <class Visit> auto visit(Visit&& visit) const {
+        switch (kind) {
+        case heuristic_kind::average:
+            return visit(mis::average);
+        case heuristic_kind::power:
+            return visit(mis::power_heuristic{parameter});
+        case heuristic_kind::maximum:
+            return visit(mis::maximum);
+        default:
+            return visit(mis::balance); // cutoff weighs complete paths only, and has no recursion
+        }
+    }
+    template <class T> T share(T q, T largest) const {
+        if (kind == heuristic_kind::cutoff)
+            return mis::cutoff_heuristic{parameter}.share(q, largest);
+        return visit([&](const auto& h) { return h.share(q, largest); });
+    }
+    template <class T> T raise(T x) const {
+        return visit([&](const auto& h) { return h.raise(x); });
+    }
+    template <class T> T join(T x, T y) const {
+        return visit([&](const auto& h) { return h.join(x, y); });
+    }
+    template <class T> T against(T own, T others) const {
+        return visit([&](const auto& h) { return h.against(own, others); });
+    }
+};
+
+} // namespace lab

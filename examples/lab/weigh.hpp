@@ -1,0 +1,305 @@
+// Every weight three ways: by the two-number recursion while rendering, by the complete path's densities, and
+// by the throughputs that each technique would have had. The renderer uses the first; here it is compared
+// with the others.
+#pragma once
+
+#include "path.hpp"
+#include <array>
+#include <climits>
+#include <cstdint>
+
+namespace lab {
+
+// The counts for one path. Walks that end where they can first be merged are capped there.
+template <class Real>
+mis::technique_counts<Real> counts_for(const renderer<Real>& r, const seen_path<Real>& path) {
+    auto counts = r.weigh.counts;
+    for (int i = path.size - 2; r.set.merges_once && i > 0; --i)
+        if (can_join(path[i]))
+            counts.max_camera_vertices = i + 1;
+    return counts;
+}
+
+template <class Real> bool is_capped(const mis::technique_counts<Real>& c) {
+    return c.max_camera_vertices < INT_MAX || c.max_light_vertices < INT_MAX;
+}
+// Two numbers know neither all densities at once, as the cutoff heuristic wants them, nor caps on sub-paths.
+// Where walks merge once, no path is made in two ways.
+template <class Real> bool takes_whole_path(const renderer<Real>& r) {
+    const bool is_cutoff = r.weigh.heuristic.kind == heuristic_kind::cutoff;
+    return (is_cutoff || is_capped(r.weigh.counts)) && !r.set.merges_once;
+}
+
+// A contribution by balance, and the balance weights of all techniques that could have made its path.
+struct balanced_sample {
+    int pixel, vertices, technique; // its place, as in mis::technique_at
+    glm::dvec3 value;               // times its balance weight
+    std::array<double, mis::technique_count(longest_path)> weights;
+};
+
+template <class Real>
+balanced_sample balance(const renderer<Real>& r, const contribution<Real>& c, const seen_path<Real>& path) {
+    balanced_sample s{
+        c.pixel, path.size, mis::technique_index(path.size, c.technique), glm::dvec3(c.value), {}};
+    mis::measured_vertex<double> records[longest_path];
+    records_of(path, records);
+    mis::weights(mis::balance, in_double(counts_for(r, path)), records, path.size, s.weights.data());
+    s.value *= s.weights[static_cast<std::size_t>(s.technique)];
+    return s;
+}
+
+// ---- The throughputs of all techniques, each from walking the path anew ----
+
+template <class Real> Real sum(const color<Real>& c) { return c.x + c.y + c.z; }
+
+// The path's edges as its vertices see them: the direction and both cosines at each end, from positions
+// alone. Where walks have merged, the edge towards the light is the photon's.
+template <class Real> struct path_geometry {
+    struct side { // of a vertex
+        vec3<Real> to;
+        Real shading_cosine = 1, geometric_cosine = 1;
+    };
+    side to_camera[longest_path], to_light[longest_path];
+    Real distance2_to_light[longest_path];
+};
+
+template <class Real>
+typename path_geometry<Real>::side side_towards(const vertex<Real>& x, const vec3<Real>& to) {
+    return {to, shading_cosine(x, to), geometric_cosine(x, to)};
+}
+
+template <class Real> path_geometry<Real> geometry_of(const seen_path<Real>& path) {
+    path_geometry<Real> g;
+    for (int i = 0; i + 1 < path.size; ++i) {
+        const vertex<Real>& x = i == path.merged ? *path.photon : path[i];
+        const vertex<Real>& y = path[i + 1];
+        g.to_light[i] = side_towards(x, direction(x, y));
+        g.to_camera[i + 1] = side_towards(y, direction(y, x));
+        g.distance2_to_light[i] = squared_distance(x, y);
+    }
+    return g;
+}
+
+// f |cos| of scattering at vertex i as a walk multiplies it, and the density that it divides by.
+template <class Real>
+color<Real> scattered(const seen_path<Real>& path, const path_geometry<Real>& g, int i, walk_kind kind) {
+    const vertex<Real>& x = path[i];
+    const bool camera = kind == walk_kind::from_camera;
+    const auto &from = camera ? g.to_camera[i] : g.to_light[i], &to = camera ? g.to_light[i] : g.to_camera[i];
+    const color<Real> f = evaluate(*x.material, x.point, from.to, to.to) * to.shading_cosine;
+    return camera ? f
+                  : f * mis::shading_normal_factor(from.shading_cosine, from.geometric_cosine,
+                                                   to.shading_cosine, to.geometric_cosine);
+}
+template <class Real>
+Real scatter_density(const seen_path<Real>& path, const path_geometry<Real>& g, int i, walk_kind kind) {
+    const vertex<Real>& x = path[i];
+    const bool camera = kind == walk_kind::from_camera;
+    material<Real> m = *x.material;
+    if (i == path.merged && !camera)
+        m.survival = path.photon->material->survival; // the light walk would go on from there
+    return camera ? density(m, x.point, g.to_camera[i].to, g.to_light[i].to)
+                  : density(m, x.point, g.to_light[i].to, g.to_camera[i].to);
+}
+
+// What a walk multiplies at vertex i of the path.
+template <class Real>
+color<Real> walk_factor(const seen_path<Real>& path, const path_geometry<Real>& g, int i, walk_kind kind) {
+    const vertex<Real>& x = path[i];
+    if (!is_dirac(*x.material))
+        return scattered(path, g, i, kind) / scatter_density(path, g, i, kind);
+    const bool camera = kind == walk_kind::from_camera;
+    const vec3<Real>&from = camera ? g.to_camera[i].to : g.to_light[i].to,
+          &to = camera ? g.to_light[i].to : g.to_camera[i].to;
+    const bool reflects = dot(x.point.normal, from) * dot(x.point.normal, to) > Real(0);
+    const dirac_lobe<Real> lobe = dirac_scatter(*x.material, x.point, from, reflects);
+    return lobe.value * (radiance_scale(lobe, kind) / lobe.probability);
+}
+
+// S of every technique of a path (places as in mis::technique_at), for counts of 1; infinite where a
+// technique cannot make it. A merge of one light walk estimates a density: its throughput has 1 / (pi r^2).
+// Nothing here looks at the path's records.
+template <class Real> void throughputs_of(const renderer<Real>& r, const seen_path<Real>& path, Real* out) {
+    constexpr Real impossible = std::numeric_limits<Real>::infinity();
+    const int n = path.size, last = n - 1;
+    const auto joinable = [&](int i) { return i == 0 || i == last || !scatters_dirac(path[i]); };
+    std::fill(out, out + mis::technique_count(n), impossible);
+
+    const path_geometry<Real> g = geometry_of(path);
+    const auto lens = camera_end_point(r.scene.camera, g.to_light[0].to, r.set.width);
+    const auto light = light_end_point(r.scene, path[last], g.to_camera[last].to);
+    const color<Real> radiance = emitted(r.scene, path[last], g.to_camera[last].to);
+    const Real cos_light = light.cos.value;
+    const Real response = lens.direction.value; // W |cos| over the density of the lens point
+
+    color<Real> from_camera[longest_path], from_light[longest_path]; // throughputs at the arrival at x_i
+    from_camera[1] = color<Real>(response / lens.direction.value);
+    for (int i = 2; i < n; ++i)
+        from_camera[i] = from_camera[i - 1] * walk_factor(path, g, i - 1, walk_kind::from_camera);
+    from_light[last - 1] = radiance * (cos_light / (light.position.value * light.direction.value));
+    for (int i = last - 2; i > 0; --i)
+        from_light[i] = from_light[i + 1] * walk_factor(path, g, i + 1, walk_kind::from_light);
+
+    for (int s = 1; s <= n; ++s) {
+        color<Real> throughput;
+        if (s < n && !(joinable(s - 1) && joinable(s)))
+            continue;
+        const Real distance2 = s < n ? g.distance2_to_light[s - 1] : Real(1);
+        if (s == n)
+            throughput = from_camera[last] * radiance;
+        else if (n == 2)
+            throughput = radiance * (cos_light * response / (light.position.value * distance2));
+        else if (s == 1)
+            throughput =
+                from_light[1] * scattered(path, g, 1, walk_kind::from_light) * (response / distance2);
+        else if (s == last)
+            throughput = from_camera[s - 1] * scattered(path, g, s - 1, walk_kind::from_camera) * radiance *
+                         (cos_light / (light.next_event.value * distance2));
+        else
+            throughput = from_camera[s - 1] * scattered(path, g, s - 1, walk_kind::from_camera) *
+                         scattered(path, g, s, walk_kind::from_light) * from_light[s] / distance2;
+        if (s < n || light.hittable)
+            out[s] = sum(throughput);
+    }
+    for (int s = 2; s < n && r.set.merge_radius > Real(0); ++s) {
+        const vertex<Real>& x = path[s - 1];
+        const auto &in = g.to_light[s - 1], &back = g.to_camera[s - 1];
+        if (joinable(s - 1))
+            out[mis::technique_index(n, {mis::technique_kind::merge, s})] =
+                sum(from_camera[s - 1] * evaluate(*x.material, x.point, back.to, in.to) * from_light[s - 1]) *
+                in.shading_cosine / (in.geometric_cosine * mis::merge_area(r.set.merge_radius));
+    }
+}
+
+// ---- The comparison ----
+
+struct deviation {
+    double largest = 0;
+    std::int64_t compared = 0, above_1e_5 = 0;
+
+    void add(double a, double b) {
+        const double apart = a == b ? 0 : std::abs(a - b) / std::max(a, b);
+        largest = std::max(largest, apart);
+        above_1e_5 += apart > 1e-5;
+        ++compared;
+    }
+    void add(const deviation& other) {
+        largest = std::max(largest, other.largest);
+        compared += other.compared;
+        above_1e_5 += other.above_1e_5;
+    }
+};
+
+// Greatest deviations of the weights of all paths seen.
+struct weight_checks {
+    deviation recursion;              // of the recursion from the multiplied densities, relative
+    deviation throughput;             // of the throughput form from the multiplied densities, relative
+    double sum = 0;                   // |sum of all weights of a path - 1|: densities
+    double recursion_sum = 0;         // the same, all by the recursion: every 16th path
+    std::int64_t paths = 0, ties = 0; // maximum: paths whose weight hangs on rounding
+    int shortest = longest_path, longest = 0;
+
+    void add(const weight_checks& other) {
+        recursion.add(other.recursion);
+        throughput.add(other.throughput);
+        sum = std::max(sum, other.sum);
+        recursion_sum = std::max(recursion_sum, other.recursion_sum);
+        paths += other.paths;
+        ties += other.ties;
+        shortest = std::min(shortest, other.shortest);
+        longest = std::max(longest, other.longest);
+    }
+};
+
+// True where two techniques are so close to the largest density that rounding decides which is the maximum,
+// or so close to the cutoff that rounding decides which is kept.
+inline bool hangs_on_rounding(const any_heuristic& h, const double* densities, int count, double tolerance) {
+    if (h.kind != heuristic_kind::maximum && h.kind != heuristic_kind::cutoff)
+        return false;
+    const double edge = h.kind == heuristic_kind::maximum ? 1 : h.parameter;
+    int close = h.kind == heuristic_kind::maximum ? -1 : 0;
+    for (int k = 0; k < count; ++k)
+        close += std::abs(densities[k] - edge) < tolerance * edge;
+    return close > 0;
+}
+
+// The densities of a path's techniques, multiplied out in double, and the weights that follow from them.
+struct path_densities {
+    double densities[mis::technique_count(longest_path)], weights[mis::technique_count(longest_path)];
+};
+template <class Real> path_densities densities_of(const renderer<Real>& r, const seen_path<Real>& path) {
+    path_densities all;
+    mis::measured_vertex<double> records[longest_path];
+    records_of(path, records);
+    mis::relative_densities(in_double(counts_for(r, path)), records, path.size, all.densities);
+    mis::weights(r.weigh.heuristic, all.densities, mis::technique_count(path.size), all.weights);
+    return all;
+}
+
+// All weights of a path by its throughputs. The throughput form knows counts as they are: a random connection
+// is a factor of its throughput, and so is the area of a merge.
+template <class Real>
+void weights_by_throughput(const renderer<Real>& r, const seen_path<Real>& path, Real* out) {
+    const int n = path.size, count = mis::technique_count(n);
+    const auto path_counts = counts_for(r, path);
+    Real throughputs[mis::technique_count(longest_path)], counts[mis::technique_count(longest_path)];
+    throughputs_of(r, path, throughputs);
+    for (int k = 0; k < count; ++k) {
+        const mis::technique t = mis::technique_at(n, k);
+        const bool picked = t.kind == mis::technique_kind::connection && r.mean_light_vertices > 0;
+        const Real factor = picked ? static_cast<Real>(r.mean_light_vertices) : Real(1);
+        const Real area =
+            t.kind == mis::technique_kind::merge ? mis::merge_area(r.set.merge_radius) : Real(1);
+        const Real count_with_factors = mis::count_of(path_counts, n, t);
+        counts[k] = count_with_factors > Real(0) ? count_with_factors * factor / area : Real(0);
+        throughputs[k] *= factor;
+    }
+    mis::densities_from_throughputs(counts, throughputs, count, out);
+    mis::weights(r.weigh.heuristic, out, count, out);
+}
+
+// The sum of all weights of a path by the recursion.
+template <class Real>
+Real sum_by_recursion(const renderer<Real>& r, const seen_path<Real>& path,
+                      const path_densities& by_density) {
+    Real sum = 0;
+    for (int k = 0; k < mis::technique_count(path.size); ++k)
+        if (by_density.densities[k] > 0)
+            sum += mis::weight_in_subpaths(r.weigh.heuristic, r.weigh.counts, path.records, path.size,
+                                           mis::technique_at(path.size, k));
+    return sum;
+}
+
+// Compares one weight with the other two forms.
+template <class Real>
+void check_weight(const renderer<Real>& r, const seen_path<Real>& path, mis::technique technique, Real weight,
+                  weight_checks& checks) {
+    const int n = path.size, count = mis::technique_count(n);
+    const auto own = static_cast<std::size_t>(mis::technique_index(n, technique));
+    ++checks.paths;
+    checks.shortest = std::min(checks.shortest, n);
+    checks.longest = std::max(checks.longest, n);
+
+    const path_densities by_density = densities_of(r, path);
+    double total = -1;
+    for (int k = 0; k < count; ++k)
+        total += by_density.weights[k];
+    checks.sum = std::max(checks.sum, std::abs(total));
+    const double tolerance = sizeof(Real) == 4 ? 1e-3 : 1e-9;
+    if (hangs_on_rounding(r.weigh.heuristic, by_density.densities, count, tolerance)) {
+        ++checks.ties;
+        return;
+    }
+    checks.recursion.add(static_cast<double>(weight), by_density.weights[own]);
+
+    Real by_throughput[mis::technique_count(longest_path)];
+    weights_by_throughput(r, path, by_throughput);
+    checks.throughput.add(static_cast<double>(by_throughput[own]), by_density.weights[own]);
+    const bool has_recursion = !takes_whole_path(r) && !r.set.merges_once;
+    if (checks.paths % 16 == 0 && has_recursion) {
+        const double sum = static_cast<double>(sum_by_recursion(r, path, by_density));
+        checks.recursion_sum = std::max(checks.recursion_sum, std::abs(sum - 1));
+    }
+}
+
+} // namespace lab

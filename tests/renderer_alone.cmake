@@ -1,0 +1,12 @@
+# The reference renderer in ${FOLDER} is to be read as a renderer: it does not know who looks at it.
+cmake_minimum_required(VERSION 3.21)
+file(GLOB files ${FOLDER}/*)
+if(NOT files)
+    message(FATAL_ERROR "nothing in ${FOLDER}")
+endif()
+foreach(file IN LISTS files)
+    file(STRINGS ${file} lines REGEX "mistake|dump|(^|[^a-z_])told([^a-z_]|$)|optimal|snapshot|lab/")
+    if(lines)
+        message(SEND_ERROR "${file} speaks of what is not the renderer's: ${lines}")
+    endif()
+endforeach()
