@@ -4,8 +4,9 @@ include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
 set(package_folder ${CMAKE_INSTALL_DATADIR}/cmake/mis)
+# Below 1.0 a minor version may break what the one before it promised.
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/mis-config-version.cmake
-                                 COMPATIBILITY SameMajorVersion ARCH_INDEPENDENT)
+                                 COMPATIBILITY SameMinorVersion ARCH_INDEPENDENT)
 install(DIRECTORY include/mis TYPE INCLUDE)
 install(TARGETS mis EXPORT mis)
 install(EXPORT mis FILE mis-config.cmake NAMESPACE mis:: DESTINATION ${package_folder})
