@@ -19,6 +19,14 @@ function(mis_test_consumer name ways)
                    COMMAND ${consumers}/consumer_${name}/consumer)
 endfunction()
 
+# mis_test_library(NAME OPTIONS...): built and installed
+function(mis_test_library name)
+    set(library ${consumers}/library_${name})
+    mis_test_build(library_${name} ${CMAKE_CURRENT_SOURCE_DIR}/library OPTIONS -DCONSUME=${name} ${ARGN}
+                   COMMAND ${CMAKE_COMMAND} --install ${library} --prefix ${library}/prefix)
+    set_tests_properties(library_${name} PROPERTIES FIXTURES_SETUP library_${name})
+endfunction()
+
 # From a build of its own, so that what was installed by hand from the one with the tests can still be uninstalled.
 set(prefix ${consumers}/prefix)
 mis_test_build(install ${PROJECT_SOURCE_DIR}
@@ -37,3 +45,17 @@ set_tests_properties(consumer_find_package consumer_added_twice consumer_found_t
                                                                                                 installed)
 set_tests_properties(consumer_two_versions PROPERTIES PASS_REGULAR_EXPRESSION
                                                       "mis ${PROJECT_VERSION} was added first.* sum 1")
+
+# A library that links mis, and who uses it: installed, with mis of its own, or beside mis; and where it was built.
+mis_test_library(add_subdirectory -DMIS_SOURCE=${PROJECT_SOURCE_DIR} -DCMAKE_INSTALL_INCLUDEDIR=headers)
+mis_test_consumer(library_with_mis library -Dshading_ROOT=${consumers}/library_add_subdirectory/prefix)
+mis_test_consumer(library_not_installed library -Dshading_ROOT=${consumers}/library_add_subdirectory
+                  -Dmis_ROOT=${consumers}/library_add_subdirectory/mis)
+set_tests_properties(consumer_library_with_mis consumer_library_not_installed
+                     PROPERTIES FIXTURES_REQUIRED library_add_subdirectory)
+
+mis_test_library(find_package -Dmis_ROOT=${prefix})
+mis_test_consumer(library_beside_mis library -Dshading_ROOT=${consumers}/library_find_package/prefix
+                  -Dmis_ROOT=${prefix})
+set_tests_properties(library_find_package PROPERTIES FIXTURES_REQUIRED installed)
+set_tests_properties(consumer_library_beside_mis PROPERTIES FIXTURES_REQUIRED "installed;library_find_package")
