@@ -59,3 +59,19 @@ mis_test_consumer(library_beside_mis library -Dshading_ROOT=${consumers}/library
                   -Dmis_ROOT=${prefix})
 set_tests_properties(library_find_package PROPERTIES FIXTURES_REQUIRED installed)
 set_tests_properties(consumer_library_beside_mis PROPERTIES FIXTURES_REQUIRED "installed;library_find_package")
+
+find_program(MIS_PKG_CONFIG NAMES pkg-config pkgconf)
+if(MIS_PKG_CONFIG)
+    add_test(NAME consumer_pkg_config
+             COMMAND ${CMAKE_COMMAND} -D PKG_CONFIG=${MIS_PKG_CONFIG} -D CXX=${CMAKE_CXX_COMPILER}
+                     -D PREFIX=${prefix} -D VERSION=${PROJECT_VERSION}
+                     -D SOURCE=${CMAKE_CURRENT_SOURCE_DIR}/consumer/main.cpp
+                     -D PROGRAM=${consumers}/consumer_pkg_config -P ${CMAKE_CURRENT_SOURCE_DIR}/pkg_config.cmake)
+    set_tests_properties(consumer_pkg_config PROPERTIES FIXTURES_REQUIRED installed)
+else()
+    message(STATUS "No pkg-config: its file is not tested")
+endif()
+
+add_test(NAME uninstall COMMAND ${CMAKE_COMMAND} -D BUILD=${consumers}/install -D FOLDER=${consumers}/uninstall -P
+                                ${CMAKE_CURRENT_SOURCE_DIR}/uninstall.cmake)
+set_tests_properties(uninstall PROPERTIES FIXTURES_REQUIRED installed)
