@@ -1,13 +1,25 @@
-# Headers, and what find_package(mis) needs. The library depends on nothing, so its exported target is the
-# whole configuration file.
+# Headers, and what find_package(mis) and pkg-config need. The library depends on nothing, so its exported target is
+# the whole configuration file.
 include(GNUInstallDirs)
-include(CMakePackageConfigHelpers)
 
 set(package_folder ${CMAKE_INSTALL_DATADIR}/cmake/mis)
-write_basic_package_version_file(${PROJECT_BINARY_DIR}/mis-config-version.cmake
-                                 COMPATIBILITY SameMajorVersion ARCH_INDEPENDENT)
 install(DIRECTORY include/mis TYPE INCLUDE)
-install(TARGETS mis EXPORT mis)
+install(TARGETS mis EXPORT mis INCLUDES DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
 install(EXPORT mis FILE mis-config.cmake NAMESPACE mis:: DESTINATION ${package_folder})
 install(FILES ${PROJECT_BINARY_DIR}/mis-config-version.cmake DESTINATION ${package_folder})
-install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+
+# Not CMAKE_INSTALL_DOCDIR, which is the renderer's where a renderer installs mis: its own LICENSE is there.
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DATAROOTDIR}/doc/mis)
+
+# Paths from the file's own folder, so that the prefix can be chosen when installing, and moved later.
+set(pkgconfig_folder ${CMAKE_INSTALL_DATADIR}/pkgconfig)
+file(RELATIVE_PATH prefix_from_pkgconfig ${CMAKE_INSTALL_FULL_DATADIR}/pkgconfig ${CMAKE_INSTALL_PREFIX})
+file(RELATIVE_PATH include_from_pkgconfig ${CMAKE_INSTALL_FULL_DATADIR}/pkgconfig ${CMAKE_INSTALL_FULL_INCLUDEDIR})
+configure_file(cmake/mis.pc.in ${PROJECT_BINARY_DIR}/mis.pc @ONLY)
+install(FILES ${PROJECT_BINARY_DIR}/mis.pc DESTINATION ${pkgconfig_folder})
+
+# A renderer that installs mis has an uninstall of its own, or none.
+if(PROJECT_IS_TOP_LEVEL)
+    add_custom_target(uninstall COMMAND ${CMAKE_COMMAND} -D MANIFEST=${PROJECT_BINARY_DIR}/install_manifest.txt -P
+                                        ${PROJECT_SOURCE_DIR}/cmake/uninstall.cmake VERBATIM)
+endif()

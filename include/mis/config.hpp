@@ -4,6 +4,7 @@
 
 #include <cassert>
 #include <limits>
+#include <mis/version.hpp>
 #include <type_traits>
 
 // Marks every function of the library. Define it before the first include to use another marker.

@@ -11,3 +11,4 @@
 #include <mis/subpath.hpp>
 #include <mis/techniques.hpp>
 #include <mis/throughput.hpp>
+#include <mis/version.hpp>

@@ -4,6 +4,10 @@
 #include <cstdio>
 #include <mis/mis.hpp>
 
+#if MIS_VERSION < 100
+#error "needs mis 0.1.0 or newer"
+#endif
+
 struct vec {
     double x, y, z;
 };
