@@ -20,3 +20,5 @@ mis_test_study(optimal_bpt --size=0,--scene=no_such_scene,--passes=0,--tile=0,--
                --scene cornell --size 16 --passes 8 --reference-seconds 0.2)
 mis_test_study(direct --size=0,--samples=0,--tests=many,--cell=0,--seed=x
                --size 8 --tests 2 --cell 2 --report-only)
+mis_test_study(plates --size=3,--samples=12,--samples=many,--runs=1,--reference-samples=0,--threads=0,--seed=x
+               --size 16 --runs 2 --reference-samples 128 --report-only)

@@ -2,8 +2,8 @@
 // computing weights are apart; plants mistakes, dumps paths, draws pyramids, weighs optimally.
 #include "compare.hpp"
 #include "optimal.hpp"
-#include <chrono>
 #include <bpt/command_line.hpp>
+#include <chrono>
 #include <cstdio>
 #include <fstream>
 
