@@ -1,0 +1,358 @@
+// Every C++ block of README.md and docs/ that is no part of another file stands here, where it compiles.
+// docs_test.cpp compares them. What a renderer would have around them is made up.
+#include <array>
+#include <cstdio>
+#include <doctest/doctest.h>
+#include <lab/optimal.hpp>
+#include <lab/weigh.hpp>
+#include <mis/mis.hpp>
+#include <mis/optimal.hpp> // the only part that needs Eigen
+#include <mis/verify.hpp>
+#include <optional>
+#include <pcg_random.hpp>
+#include <random>
+
+namespace {
+
+const float pi = 3.14159265f;
+const float n_light = 2, n_bsdf = 1, n_guide = 1, p_light = 0.5f, p_bsdf = 2, p_guide = 1;
+const float Le = 3, throughput = 0.5f;
+
+// GoogleTest's, for one line.
+struct expectation {
+    template <class T> expectation& operator<<(const T&) { return *this; }
+};
+#define EXPECT_TRUE(condition) expectation() << static_cast<bool>(condition)
+
+// A path of four vertices, with densities per area.
+std::array<mis::area_vertex<double>, 4> some_path() {
+    std::array<mis::area_vertex<double>, 4> path;
+    for (auto& x : path)
+        x.density_from_camera = x.density_from_light = x.next_event = 1;
+    path.front().kind = mis::vertex_kind::camera;
+    path.front().dirac = true;
+    path.back().kind = mis::vertex_kind::light;
+    return path;
+}
+const mis::technique_counts<double> counts = mis::bidirectional(100.0);
+const auto path_of_4 = some_path();
+const auto* const path = path_of_4.data();
+const auto* const vertices = path;
+const int n = 4;
+const mis::technique t{mis::technique_kind::connection, 2};
+
+double my_weight(mis::technique of) { return mis::weight(mis::power, counts, path, n, of); }
+
+} // namespace
+
+TEST_CASE("README, path tracer") {
+    float Ld = 0, L = 0;
+    const float f = 1;
+    // clang-format off
+Ld += f * Le / p_light * mis::power(n_light * p_light, n_bsdf * p_bsdf); // weight of the first
+
+// next event: a light point was sampled with density p_light; the BSDF would have sampled this direction with p_bsdf
+Ld += f * Le / p_light * mis::power(p_light, p_bsdf);
+
+// the BSDF's own sample has hit an emitter; the light sampler would have taken this point with p_light
+L += throughput * Le * mis::power(p_bsdf, p_light);
+
+mis::power(p_bsdf, p_light); // per solid angle, as many samples of each; weight of the BSDF sample
+
+const float q[3] = {n_light * p_light, n_bsdf * p_bsdf, n_guide * p_guide}; // at this direction, all three
+L += f * Le / p_guide / n_guide * mis::weight(mis::balance, q, 2);          // the sample came from the third
+
+float w[3];
+mis::weights(mis::power, q, w);
+assert(std::abs(w[0] + w[1] + w[2] - 1) < 1e-6f);
+    // clang-format on
+    CHECK(std::abs(w[0] + w[1] + w[2] - 1) < 1e-6f);
+    CHECK(Ld + L > 0);
+    const float area = 2, cos_light = 0.5f, distance2 = 4;
+    {
+        const auto p_light = mis::to_solid_angle(mis::per_area{1 / area}, cos_light, distance2).value;
+        CHECK(p_light == 4);
+    }
+}
+
+TEST_CASE("README, bidirectional") {
+    const int pixels = 100;
+    const float d2 = 4, cos_in = 0.5f, cos_out = 0.5f, p = 0.3f, q = 0.3f;
+    float w = 0;
+    {
+        const mis::path_weights weigh{mis::power, mis::bidirectional(float(pixels))};
+        const mis::end_point<float> lens{mis::pdf_position{1.f}, mis::pdf_next_event{1.f},
+                                         mis::pdf_direction{9.f}, mis::cosine{1.f}, false};
+        auto state = weigh.start_camera(lens);
+        // clang-format off
+state = weigh.arrive(state, mis::squared_distance{d2}, mis::cosine{cos_in}); // at each hit
+state = weigh.scatter(state, mis::cosine{cos_out}, mis::pdf_forward{p}, mis::pdf_reverse{q});
+        // clang-format on
+        const mis::subpath_end<float> camera_end{state, mis::cosine{cos_in}, mis::pdf_forward{p},
+                                                 mis::pdf_reverse{q}},
+            light_end = camera_end;
+        // clang-format off
+w = weigh.connection(camera_end, light_end, mis::squared_distance{d2}); // or next_event, light_hit, merge, ...
+                                                         // clang-format on
+    }
+    {
+        // clang-format off
+const auto counts = mis::bidirectional(float(pixels)); // one light walk per pixel
+const mis::path_weights weigh{mis::power, counts};
+        // clang-format on
+        CHECK(weigh.counts.camera_connection == 100);
+    }
+    CHECK(w > 0);
+    double weights[2 * n - 1];
+    mis::weights(mis::balance, counts, vertices, n, weights); // 2n - 1 of them
+    CHECK(weights[0] == 0);
+    CHECK(mis::path_tracing().light_hit == 1);
+    CHECK(mis::path_tracing_next_event().next_event == 1);
+}
+
+TEST_CASE("merging and bias") {
+    const float light_walks = 100, radius = 0.1f;
+    {
+        // clang-format off
+const auto counts = mis::connection_and_merging(light_walks, radius); // was mis::bidirectional(light_walks)
+        // clang-format on
+        CHECK(counts.merge > 0);
+    }
+    auto counts = mis::bidirectional(light_walks);
+    // clang-format off
+counts = mis::times_merge_area(counts, radius);      // what connection_and_merging does
+counts = mis::divided_by_merge_area(counts, radius);
+    // clang-format on
+    const float r1 = 0.1f, n = 10, p = 2, A = 1, q_other = 20;
+    float r2 = r1 * r1;
+    const int i = 2;
+    {
+        // clang-format off
+const float r = mis::progressive_radius(r1, i);     // r_1 i^((α − 1) / 2), iteration i = 1, 2, …
+r2 = mis::next_squared_radius(r2, i);               // or step by step: r²ᵢ₊₁ = r²ᵢ (i + α) / (i + 1)
+        // clang-format on
+        CHECK(r < r1);
+    }
+    const float r = 0.1f;
+    // clang-format off
+const float q_merge = mis::bias_aware_density(n * p, r, A);  // n p / ((1 + r)² + n p A r²)
+const float w = mis::balance(q_merge, q_other);                 // as ever
+    // clang-format on
+    CHECK(w < 0.5f);
+}
+
+TEST_CASE("optimal weights") {
+    const std::array<double, 3> f{1, 1, 1};
+    const int i = 0;
+    std::array<double, 3> sum{};
+    {
+        // clang-format off
+mis::optimal::estimator<2> pixel; // two techniques, three channels
+
+// each sample, whatever technique has made it
+const double q[] = {n_light * p_light, n_bsdf * p_bsdf}; // effective densities, as for any other heuristic
+pixel.add(f, q);                                         // f, not f / p; also where f is 0
+
+// each draw of technique i that found nothing anybody could have sampled
+pixel.add_outside(i);
+
+// at the end
+const double counts[] = {n_light, n_bsdf};
+        // clang-format on
+        std::array<double, 3> color;
+        color = mis::optimal::integral(pixel, counts);
+        sum = color;
+    }
+    {
+        mis::optimal::estimator<2> pixel;
+        const double q[] = {1, 2};
+        pixel.add(f, q); // every sample: f, and n p of both techniques
+        CHECK(mis::optimal::integral(pixel, q)[0] > 0);
+    }
+    CHECK(sum[0] > 0);
+    const double q[] = {1, 2}, counts[] = {1, 1};
+    const int passes = 1;
+    {
+        std::array<double, 3> color;
+        // clang-format off
+mis::optimal::progressive<2> pixel;
+
+// each sample of each pass of a batch; and add_outside
+pixel.add(f, q);
+
+// each batch
+mis::optimal::end_batch(pixel, counts, passes);
+
+// at the end
+color = mis::optimal::integral(pixel);
+        // clang-format on
+        CHECK(color[0] > 0);
+    }
+    {
+        const auto counts = mis::bidirectional(4.0);
+        const double merge_radius = 0;
+        const int width = 2, tile = 1, threads = 1;
+        glm::dvec3 pixel(0);
+        const lab::balanced_sample sample{0, 3, 1, glm::dvec3(0.5), {0, 0.5, 0.5}};
+        // clang-format off
+lab::optimal_weights weights(counts, merge_radius, width, tile); // pixels of a tile share their coefficients
+
+pixel += weights.add(sample); // a contribution and all its balance weights
+
+weights.end_pass();
+weights.solve(threads); // for the passes to come: unbiased
+        // clang-format on
+        CHECK(pixel.x == 0.5);
+    }
+}
+
+TEST_CASE("unit tests") {
+    const double claimed = my_weight(t);
+    {
+        const auto r = mis::verify::partition_of_unity(counts, vertices, n, my_weight);
+        CHECK_MESSAGE(r, r.message); // doctest; EXPECT_TRUE(r) << r.message in GoogleTest
+    }
+    {
+        // clang-format off
+const auto r = mis::verify::weight(mis::power, counts, path, n, t, claimed);
+CHECK_MESSAGE(r, r.message);      // doctest
+EXPECT_TRUE(r) << r.message;      // GoogleTest
+                                     // clang-format on
+    }
+    const double weights[] = {0.5, 0.25, 0.25};
+    // clang-format off
+const auto sum = mis::verify::partition_of_unity(counts, path, n, [&](mis::technique t) { return my_weight(t); });
+const auto any = mis::verify::partition_of_unity(weights, 3); // any array, or a callable weights(i)
+
+const auto one = mis::verify::weight(mis::power, counts, path, n, t, my_weight(t), 1e-3);
+    // clang-format on
+    CHECK(sum);
+    CHECK(any);
+    CHECK(one);
+    const double radius = 0.1;
+    const auto my_throughput = [](mis::technique of) {
+        if (of.kind == mis::technique_kind::camera_hit) // a pinhole
+            return std::numeric_limits<double>::infinity();
+        return of.kind == mis::technique_kind::merge ? 1 / mis::merge_area(0.1) : 1.0;
+    };
+    // clang-format off
+const auto counts_here = mis::verify::one_sample_each(mis::merge_area(radius));
+const auto same = mis::verify::throughputs(counts_here, path, n, [&](mis::technique t) { return my_throughput(t); });
+    // clang-format on
+    CHECK_MESSAGE(same, same.message);
+}
+
+TEST_CASE("unit tests: sampling") {
+    using vec3 = glm::dvec3;
+    pcg32 rng(7);
+    std::uniform_real_distribution<double> u01(0, 1);
+    const auto u = [&](pcg32& g) { return u01(g); };
+    const auto my_lobe_sample = [&](pcg32& g) {
+        const double cosine = std::sqrt(u(g)), phi = 2 * double(pi) * u(g),
+                     sine = std::sqrt(1 - cosine * cosine);
+        return vec3(sine * std::cos(phi), sine * std::sin(phi), cosine);
+    };
+    const auto my_lobe_density = [](const vec3& w) { return std::max(0.0, w.z) / double(pi); };
+    // clang-format off
+mis::verify::sampler_options options;
+options.support = 2 * pi; // of the hemisphere
+const auto lobe = mis::verify::direction_sampler([&] { return std::optional<vec3>(my_lobe_sample(rng)); },
+                                                 [&](const vec3& w) { return my_lobe_density(w); }, options);
+const auto lens = mis::verify::square_sampler([&] { return std::optional<mis::verify::point>({u(rng), u(rng)}); },
+                                              [](mis::verify::point) { return 1.0; });
+    // clang-format on
+    CHECK_MESSAGE(lobe, lobe.message);
+    CHECK_MESSAGE(lens, lens.message);
+    const auto my_image_mean = [&](const char*, int) { return 1 + u(rng); };
+    // clang-format off
+mis::verify::running_mean path_tracing, bidirectional;
+for (int pass = 0; pass < 100; ++pass) {
+    mis::verify::add(path_tracing, my_image_mean("path tracing", pass));
+    mis::verify::add(bidirectional, my_image_mean("bidirectional", pass));
+}
+const auto agree = mis::verify::estimates_agree({{"path tracing", 3, path_tracing}, {"all", 3, bidirectional}});
+    // clang-format on
+    CHECK_MESSAGE(agree, agree.message);
+}
+
+TEST_CASE("unit tests: invariances") {
+    const auto f = [](const auto& c, const auto* x, int length, mis::technique of) {
+        return mis::weight(mis::balance, c, x, length, of);
+    };
+    const auto my_balance = [](const double* q, int count, int i) {
+        return mis::weight(mis::balance, q, count, i);
+    };
+    const double densities[] = {1, 2, 3};
+    const auto all = some_path();
+    mis::measured_vertex<double> measured[n];
+    for (int i = 0; i < n; ++i) {
+        measured[i].kind = all[static_cast<std::size_t>(i)].kind;
+        measured[i].dirac = i == 0;
+        measured[i].pdf_to_light = measured[i].pdf_to_camera = 0.5;
+        measured[i].pdf_position = measured[i].pdf_next_event = 1;
+    }
+    const auto* const path = measured;
+    // clang-format off
+const auto scale = mis::verify::scale_invariance(f, counts, path, n);  // a scene 3 times as large
+const auto swap = mis::verify::swap_invariance(f, counts, path, n);    // camera and light exchanged
+const auto times = mis::verify::count_invariance(f, counts, path, n);  // all counts times 7
+const auto split = mis::verify::splitting_invariance(my_balance, densities, 3); // one technique counted as two
+    // clang-format on
+    CHECK_MESSAGE(scale, scale.message);
+    CHECK_MESSAGE(swap, swap.message);
+    CHECK_MESSAGE(times, times.message);
+    CHECK_MESSAGE(split, split.message);
+}
+
+namespace {
+
+struct Vertex {
+    const char* kind;
+    struct {
+        double x, y, z;
+    } p, n;
+    double pdf_to_light, pdf_to_camera, pdf_position, pdf_next_event, survival, selection;
+};
+const int pixels = 100;
+
+// clang-format off
+void dump(std::FILE* file, const char* technique, int s, double weight, const std::vector<Vertex>& path) {
+    std::fprintf(file, R"({"technique":"%s","camera_vertices":%d,"weight":%.9g,"heuristic":"power","beta":2,)", technique, s,
+                 weight);
+    std::fprintf(file, R"("counts":{"light_hit":1,"next_event":1,"connection":1,"camera_connection":%d},"vertices":[)", pixels);
+    for (const Vertex& x : path) // from camera to light
+        std::fprintf(file,
+                     R"(%s{"kind":"%s","position":[%.9g,%.9g,%.9g],"normal":[%.9g,%.9g,%.9g],"pdf_to_light":%.9g,)"
+                     R"("pdf_to_camera":%.9g,"pdf_position":%.9g,"pdf_next_event":%.9g,"survival":%.9g,"selection":%.9g})",
+                     &x == path.data() ? "" : ",", x.kind, x.p.x, x.p.y, x.p.z, x.n.x, x.n.y, x.n.z, x.pdf_to_light,
+                     x.pdf_to_camera, x.pdf_position, x.pdf_next_event, x.survival, x.selection);
+    std::fputs("]}\n", file);
+}
+// clang-format on
+
+} // namespace
+
+TEST_CASE("wrong weights") {
+    std::FILE* const file = std::tmpfile();
+    dump(file, "next_event", 2, 1, {Vertex{}, Vertex{}, Vertex{}});
+    CHECK(std::ftell(file) > 100);
+    std::fclose(file);
+    struct weighed {
+        const mis::area_vertex<double>* vertices;
+        int n;
+        mis::technique technique;
+        double weight;
+    };
+    const double radius = 0.1;
+    const std::vector<weighed> paths(20, {::vertices, ::n, t, 0.5});
+    // clang-format off
+mis::diagnosis d;
+for (const auto& path : paths) {
+    mis::path_record record = mis::record_of(counts, path.vertices, path.n, path.technique, path.weight, radius);
+    record.heuristic = mis::heuristic_kind::power;
+    mis::judge(d, record);
+}
+for (const mis::suspect& s : mis::suspects_of(d).suspects)
+    std::puts(s.mistake->what);
+    // clang-format on
+}
