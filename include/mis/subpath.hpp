@@ -12,12 +12,12 @@
 // is nearer to the camera have the share
 //
 //     E_s = b(P<-_{s-1}) T_{s-1}                                                     (4)
-//     T_i = eta_i + c A_i + b(omega<-_i) B_i      complete once x_{i+1} is known     (7)
+//     T_i = m_i + c A_i + b(omega<-_i) B_i      complete once x_{i+1} is known     (7)
 //     A_i = 1 / b(P->_i)                                                             (6)
 //     B_i = b(|cos_{i-1}| / (omega->_{i-1} |cos_i|)) T_{i-1}                         (6)
 //
-// where c is the count of the technique that joins x_{i-1} and x_i, and eta_i the merge term of x_i. At a
-// Dirac vertex eta_i and both its joins are missing.
+// where c is the count of the technique that joins x_{i-1} and x_i, and m_i the merge term of x_i. At a
+// Dirac vertex m_i and both its joins are missing.
 //
 // The state saturates at a sixteenth of the largest number, which keeps everything branch-free and without
 // NaN. A weight is right as long as no state saturates or underflows: in float with power 2, while the
@@ -237,7 +237,7 @@ template <class Heuristic, class T> struct path_weights {
     MIS_HOST_DEVICE constexpr T edge_term(subpath_state<T> x) const {
         return detail::larger(-x.a, raised.connection * x.a);
     }
-    // eta_i and T_i.
+    // m_i and T_i.
     MIS_HOST_DEVICE constexpr T merge_term(T merge_factor) const {
         return detail::saturate(raised.merge * heuristic.raise(merge_factor));
     }
