@@ -4,10 +4,10 @@
 #include <cstdio>
 #include <cstdlib>
 #include <doctest/doctest.h>
+#include <lab/render.hpp>
 #include <map>
 #include <mis/verify/diagnosis.hpp>
 #include <reader.hpp>
-#include <lab/render.hpp>
 #include <unistd.h>
 
 namespace {
