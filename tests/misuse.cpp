@@ -14,28 +14,30 @@ int main() {
     float w =
         weigh.connection(end, end, mis::squared_distance{d * d}) + tracing.light_hit + next_event.next_event;
 
+// A case's message stands on its line.
+// clang-format off
 #define CASE(number) (MISUSE == number)
 #if CASE(1) // real numbers: write mis::bidirectional(float(pixels))
     w += float(mis::bidirectional(pixels).connection);
-#elif CASE(2)  // real numbers: write float(pixels), 3.f, not 3
+#elif CASE(2) // real numbers: write float(pixels), 3.f, not 3
     w += mis::power(1, 3);
-#elif CASE(3)  // real numbers: write float(pixels), 3.f, not 3
+#elif CASE(3) // real numbers: write float(pixels), 3.f, not 3
     const int densities[] = {1, 2, 3};
     w += mis::weight(mis::balance, densities, 0);
-#elif CASE(4)  // the cutoff heuristic needs all densities at once: weigh complete paths, mis::weight()
+#elif CASE(4) // the cutoff heuristic needs all densities at once: weigh complete paths, mis::weight()
     const mis::path_weights complete{mis::cutoff, mis::bidirectional(float(pixels))};
     w += complete.counts.connection;
-#elif CASE(5)  // pdf_reverse<float>.*pdf_forward<float>
+#elif CASE(5) // pdf_reverse<float>.*pdf_forward<float>
     state = weigh.scatter(state, mis::cosine{p}, mis::pdf_reverse{q}, mis::pdf_forward{p});
-#elif CASE(6)  // pdf_reverse<float>.*pdf_forward<float>
+#elif CASE(6) // pdf_reverse<float>.*pdf_forward<float>
     const mis::subpath_end<float> exchanged{state, mis::cosine{p}, mis::pdf_reverse{q}, mis::pdf_forward{p}};
     w += weigh.connection(exchanged, end, mis::squared_distance{d * d});
-#elif CASE(7)  // float.*squared_distance<float>
+#elif CASE(7) // float.*squared_distance<float>
     w += weigh.connection(end, end, d);
-#elif CASE(8)  // float.*cosine<float>
+#elif CASE(8) // float.*cosine<float>
     const mis::subpath_end<float> bare{state, p, p, q};
     w += weigh.connection(bare, end, mis::squared_distance{d * d});
-#elif CASE(9)  // pdf_next_event<float>.*pdf_position<float>
+#elif CASE(9) // pdf_next_event<float>.*pdf_position<float>
     const mis::end_point<float> light{mis::pdf_next_event{p}, mis::pdf_position{q}, mis::pdf_direction{p},
                                       mis::cosine{p}, true};
     w += weigh.light_hit(state, light);
@@ -50,5 +52,6 @@ int main() {
 #elif CASE(13) // pdf_forward<double>.*pdf_forward<float>
     state = weigh.scatter(state, mis::cosine{p}, mis::pdf_forward{1.0}, mis::pdf_reverse{q});
 #endif
+    // clang-format on
     return w > 0 ? 0 : 1;
 }
