@@ -1,4 +1,5 @@
 # The renderer of one file: compiled as the README says, with assertions on, it renders; bad input is refused.
+# FLAGS: what a compiler whose default is older than C++17 needs besides.
 cmake_minimum_required(VERSION 3.21)
 include(${CMAKE_CURRENT_LIST_DIR}/expect_refusal.cmake)
 
@@ -10,7 +11,7 @@ endif()
 
 file(MAKE_DIRECTORY ${FOLDER})
 set(PROGRAM ${FOLDER}/tiny_bpt)
-execute_process(COMMAND ${COMPILER} -O2 -I include examples/tiny_bpt.cpp -o ${PROGRAM} WORKING_DIRECTORY ${ROOT}
+execute_process(COMMAND ${COMPILER} ${FLAGS} -O2 -I include examples/tiny_bpt.cpp -o ${PROGRAM} WORKING_DIRECTORY ${ROOT}
                 RESULT_VARIABLE status ERROR_VARIABLE error)
 if(NOT status EQUAL 0)
     message(FATAL_ERROR "does not compile:\n${error}")

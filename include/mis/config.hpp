@@ -2,6 +2,10 @@
 // Floor 0: the host/device marker and the few scalar helpers that everything else stands on.
 #pragma once
 
+#if __cplusplus < 201703L && (!defined(_MSVC_LANG) || _MSVC_LANG < 201703L)
+#error "mis needs C++17: compile with -std=c++17 (MSVC: /std:c++17) or later"
+#endif
+
 #include <cassert>
 #include <limits>
 #include <mis/version.hpp>
