@@ -150,7 +150,7 @@ struct number_field {
     std::string_view name;
     double mis::recorded_vertex::*member;
 };
-constexpr std::array<number_field, 16> number_fields{
+constexpr std::array<number_field, 17> number_fields{
     {{"pdf_to_light", &mis::recorded_vertex::pdf_to_light},
      {"pdf_to_camera", &mis::recorded_vertex::pdf_to_camera},
      {"cos_to_light", &mis::recorded_vertex::cos_to_light},
@@ -166,7 +166,8 @@ constexpr std::array<number_field, 16> number_fields{
      {"eta_to_light", &mis::recorded_vertex::eta_to_light},
      {"pdf_distance_from_camera", &mis::recorded_vertex::pdf_distance_from_camera},
      {"pdf_distance_from_light", &mis::recorded_vertex::pdf_distance_from_light},
-     {"merge_factor", &mis::recorded_vertex::merge_factor}}};
+     {"merge_factor", &mis::recorded_vertex::merge_factor},
+     {"material", &mis::recorded_vertex::material}}};
 
 double* find_number_field(mis::recorded_vertex& x, std::string_view key) {
     for (const number_field& field : number_fields)

@@ -46,8 +46,9 @@ std::string describe_disagreement(const mis::path_record& record, const mis::jud
 }
 std::string describe_unusable(const mis::judgement& j) {
     const std::string vertex = j.place.vertex < 0 ? "" : "vertex " + std::to_string(j.place.vertex) + ": ";
-    const char* fault = j.verdict == mis::verdict::incomplete ? " is missing, or what it follows from"
-                                                              : " is negative or not finite";
+    const char* fault = j.verdict == mis::verdict::incomplete   ? " is missing, or what it follows from"
+                        : std::string(j.place.field) == "alpha" ? " is not between 0 and 1"
+                                                                : " is negative or not finite";
     return vertex + "\"" + j.place.field + "\"" + fault;
 }
 
@@ -132,12 +133,20 @@ void print_explained(std::FILE* out, const char* who, const mis::finding& found)
 }
 
 void print_suspect(std::FILE* out, const mis::suspect& s, const mis::finding& found) {
-    std::fprintf(out, "\nsuspect: %s\n  %s\n", s.mistake->identifier, s.mistake->what);
+    const std::string where = mis::describe(s.where);
+    std::fprintf(out, "\nsuspect: %s%s\n  %s\n", s.mistake->identifier,
+                 where.empty() ? "" : (", " + where).c_str(), mis::describe(s).c_str());
     if (found.suspects.size() == 1)
         print_explained(out, "  Explains", found);
     else
         std::fprintf(out, "  Needed for %lld of %lld wrong weights.\n", static_cast<long long>(s.affected),
                      static_cast<long long>(found.disagreeing));
+    if (s.prevalence < 0.95)
+        std::fprintf(
+            out,
+            "  It shows in %.2g %% of the weights that it would change; neither technique nor length nor "
+            "kind of vertex tells in which.\n",
+            100 * s.prevalence);
     for (const auto& e : s.examples)
         std::fprintf(out, "  line %lld: weight %.9g, should be %.9g, with the mistake %.9g\n",
                      static_cast<long long>(e.line), e.claimed, e.right, e.predicted);
@@ -149,14 +158,14 @@ void print_suspects(std::FILE* out, const report& r, const mis::finding& found) 
         print_suspect(out, s, found);
     if (found.suspects.size() > 1)
         print_explained(out, "\nTogether: explain", found);
-    if (found.suspects.size() > 1 && found.disagreeing < r.all.disagreeing)
-        std::fprintf(out, "These numbers are those of a random sample.\n");
+    if (!found.suspects.empty() && found.disagreeing < r.all.disagreeing)
+        std::fprintf(out, "\nThese numbers are those of a random sample.\n");
     for (const mis::mistake* m : found.equivalent)
         std::fprintf(out, "\nThe same weights would follow from %s: %s\n", m->identifier, m->what);
     if (is_unexplained(r, found))
         std::fprintf(out, "\nsuspect: unexplained\n  No mistake known here explains these weights.\n");
-    for (const mis::mistake* m : found.closest)
-        std::fprintf(out, "  Closest: %s. %s\n", m->identifier, m->what);
+    for (const mis::suspect& s : found.closest)
+        std::fprintf(out, "  Closest: %s. %s\n", s.mistake->identifier, mis::describe(s).c_str());
     if (!found.closest.empty())
         print_explained(out, "  That explains", found);
     for (const auto& [field, identifiers] : missing_fields(found))
@@ -172,7 +181,9 @@ nlohmann::ordered_json to_json(const mis::finding& found) {
             examples.push_back(
                 {{"line", e.line}, {"weight", e.claimed}, {"right", e.right}, {"predicted", e.predicted}});
         list.push_back({{"identifier", s.mistake->identifier},
-                        {"what", s.mistake->what},
+                        {"what", mis::describe(s)},
+                        {"where", mis::describe(s.where)},
+                        {"prevalence", s.prevalence},
                         {"advice", s.mistake->advice},
                         {"changes", s.affected},
                         {"examples", examples}});
@@ -180,6 +191,12 @@ nlohmann::ordered_json to_json(const mis::finding& found) {
     return list;
 }
 
+nlohmann::ordered_json identifiers_of(const std::vector<mis::suspect>& suspects) {
+    auto list = nlohmann::ordered_json::array();
+    for (const mis::suspect& s : suspects)
+        list.push_back(s.mistake->identifier);
+    return list;
+}
 nlohmann::ordered_json identifiers_of(const std::vector<const mis::mistake*>& mistakes) {
     auto list = nlohmann::ordered_json::array();
     for (const mis::mistake* m : mistakes)

@@ -45,8 +45,10 @@ nlohmann::ordered_json to_json(const scene<Real>& scene, const seen_path<Real>& 
     }
     if (r.dirac && is_light(x))
         j["dirac"] = true;
-    if (x.material)
+    if (x.material) {
         j["survival"] = x.material->survival;
+        j["material"] = x.material - scene.materials.data();
+    }
     if (scatters_dirac(x)) {
         j["eta_to_camera"] = path.eta_to_camera[i];
         j["eta_to_light"] = path.eta_to_light[i];

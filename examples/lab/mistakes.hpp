@@ -32,15 +32,18 @@ enum class mistake {
     subpath_caps,
     solid_angle_as_area,
     reverse_is_forward,
-    wrong_heuristic
+    wrong_heuristic,
+    average_of_techniques,
+    unweighted
 };
 inline constexpr const char* mistake_names[] = {
-    "power_overflow",      "maximum_tie",         "roulette_omitted",   "roulette_one_sided",
-    "merge_roulette",      "shading_normal",      "dirac_geometry",     "dirac_etendue",
-    "dirac_light",         "dirac_connectible",   "selection_omitted",  "next_event_is_emission",
-    "environment_measure", "light_paths_missing", "light_paths_twice",  "counts_omitted",
-    "photon_count",        "merge_area",          "disabled_technique", "missing_technique",
-    "subpath_caps",        "solid_angle_as_area", "reverse_is_forward", "wrong_heuristic"};
+    "power_overflow",        "maximum_tie",         "roulette_omitted",   "roulette_one_sided",
+    "merge_roulette",        "shading_normal",      "dirac_geometry",     "dirac_etendue",
+    "dirac_light",           "dirac_connectible",   "selection_omitted",  "next_event_is_emission",
+    "environment_measure",   "light_paths_missing", "light_paths_twice",  "counts_omitted",
+    "photon_count",          "merge_area",          "disabled_technique", "missing_technique",
+    "subpath_caps",          "solid_angle_as_area", "reverse_is_forward", "wrong_heuristic",
+    "average_of_techniques", "unweighted"};
 constexpr std::size_t mistake_count = std::size(mistake_names);
 
 // The mistakes that are planted, by their places above.
@@ -168,6 +171,8 @@ mis::technique_counts<Real> told_counts(const mistake_set& mistakes, mis::techni
 }
 
 inline any_heuristic told_heuristic(const mistake_set& mistakes, const any_heuristic& heuristic) {
+    if (mistakes.has(mistake::average_of_techniques))
+        return {heuristic_kind::average, heuristic.parameter};
     if (!mistakes.has(mistake::wrong_heuristic))
         return heuristic;
     const bool balance = heuristic.kind == heuristic_kind::balance;
@@ -209,6 +214,8 @@ inline double maximum_without_ties(const mis::technique_counts<double>& counts,
 template <class Real>
 double mistaken_weight(const mistake_set& mistakes, const renderer<Real>& r, const seen_path<Real>& path,
                        mis::technique technique) {
+    if (mistakes.has(mistake::unweighted))
+        return 1;
     mis::area_vertex<double> told[longest_path];
     told_densities(mistakes, r.scene, path, told);
     const auto counts =

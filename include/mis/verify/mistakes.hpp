@@ -411,6 +411,23 @@ template <tie Ties> planted break_ties(weight_terms& terms, const path_record&) 
     return terms.heuristic == heuristic_kind::maximum ? planted::changed : planted::nothing;
 }
 
+// ---- Weights without densities ----
+
+inline planted weigh_by_one(weight_terms& terms, const path_record&) { return set(terms.constant, 1); }
+inline planted share_among_all(weight_terms& terms, const path_record& r) {
+    return set(terms.constant, 1.0 / technique_count(size_of(r)));
+}
+// Those that are switched on, whether or not the vertices allow them.
+inline planted share_among_counted(weight_terms& terms, const path_record& r) {
+    const int n = size_of(r);
+    int on = 0;
+    for (int place = 0; place < technique_count(n); ++place) {
+        const technique t = technique_at(n, place);
+        on += !log_density::is_zero(terms.count(t.kind)) && is_within_caps(terms.caps, n, t);
+    }
+    return on > 0 ? set(terms.constant, 1.0 / on) : planted::nothing;
+}
+
 } // namespace detail
 
 // All of them. Planted together, they are planted in this order: factors of densities first, then what
@@ -699,8 +716,8 @@ inline constexpr mistake mistakes[] = {
     {"wrong_heuristic", "The weights are those of the maximum heuristic.",
      "Use the heuristic that is claimed, or claim the one that is used.", "",
      detail::use_heuristic<heuristic_kind::maximum>},
-    {"wrong_heuristic", "All possible techniques weigh the same.",
-     "Use the heuristic that is claimed, or claim the one that is used.", "",
+    {"average_of_techniques", "All techniques that can make the path weigh the same: 1 over their number.",
+     "Weigh by densities: an average of estimators has the noise of the worst of them.", "",
      detail::use_heuristic<heuristic_kind::average>},
     {"power_overflow", "q^beta leaves the range of float.",
      "Divide all densities by the largest before they are raised to the power, or work in double.", "",
@@ -715,6 +732,20 @@ inline constexpr mistake mistakes[] = {
      "Techniques that tie for the largest density share 1 equally.", "", detail::break_ties<tie::all_win>},
     {"maximum_tie", "None of several techniques that tie for the largest density has weight 1.",
      "Techniques that tie for the largest density share 1 equally.", "", detail::break_ties<tie::all_lose>},
+    {"average_of_techniques",
+     "All techniques that are on weigh the same, also those that cannot make the path: 1 over their number.",
+     "Weigh by densities. Techniques that cannot make the path, at Dirac vertices for one, must not be "
+     "counted.",
+     "", detail::share_among_counted},
+    {"average_of_techniques",
+     "The weight of a path of n vertices is 1 / (2 n - 1), whichever techniques are on.",
+     "Weigh by densities; techniques that are off, or cannot make the path, must not be counted.", "",
+     detail::share_among_all},
+    {"unweighted", "The weight is 1: contributions of several techniques are added up without weights.",
+     "Multiply each contribution by its weight; without weights, every path that two techniques can make "
+     "counts "
+     "twice.",
+     "", detail::weigh_by_one},
 };
 inline constexpr std::size_t mistake_count = std::size(mistakes);
 

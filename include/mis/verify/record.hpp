@@ -70,6 +70,7 @@ struct recorded_vertex {
     double shading_cos_to_camera = not_given; // with the shading normal; as cos_to_* where not given
     double shading_cos_to_light = not_given;
     double distance2_at_infinity = not_given; // infinite light: to the point where the renderer places it
+    double material = not_given;              // any number by which mistakes of one material are told
 };
 
 struct path_record {
@@ -167,11 +168,40 @@ struct record_place {
     const char* field = nullptr;
 };
 
-// The first number of a record's vertices that is NaN, infinite or negative: what a weight that is no number
-// may come from.
+namespace detail {
+
+inline bool is_measure(double x) { return is_number(x) && x >= 0; }
+
+// Fields of the record itself from which no weight follows.
+inline const char* first_bad_field(const path_record& record) {
+    const int n = static_cast<int>(record.vertices.size());
+    if (n < 2)
+        return "vertices";
+    const technique t = record.technique;
+    const int place = technique_index(n, t);
+    if (t.camera_vertices < 0 || place < 0 || place >= technique_count(n) || technique_at(n, place) != t)
+        return "technique";
+    if (record.heuristic == heuristic_kind::power && !is_measure(record.parameter))
+        return "beta";
+    if (record.heuristic == heuristic_kind::cutoff &&
+        !(is_measure(record.parameter) && record.parameter <= 1))
+        return "alpha";
+    for (int kind = 0; kind <= static_cast<int>(technique_kind::merge); ++kind)
+        if (!is_measure(count_of(record.counts, static_cast<technique_kind>(kind))))
+            return "counts";
+    if (is_given(record.radius) && !is_measure(record.radius))
+        return "radius";
+    return nullptr;
+}
+
+} // namespace detail
+
+// The first field of a record from which no weight follows: fewer than 2 vertices, a technique that paths of
+// its length do not have, a beta that is NaN, infinite or negative, an alpha outside [0, 1], or another
+// number that is NaN, infinite or negative. Where it is 0, a count or a radius switches its technique off.
 inline record_place first_bad_number(const path_record& record) {
     using field = std::pair<const char*, double recorded_vertex::*>;
-    static constexpr std::array<field, 12> fields{
+    static constexpr std::array<field, 22> fields{
         {{"pdf_position", &recorded_vertex::pdf_position},
          {"pdf_next_event", &recorded_vertex::pdf_next_event},
          {"pdf_to_camera", &recorded_vertex::pdf_to_camera},
@@ -183,14 +213,22 @@ inline record_place first_bad_number(const path_record& record) {
          {"distance", &recorded_vertex::distance2_to_light},
          {"survival", &recorded_vertex::survival},
          {"pdf_distance_from_camera", &recorded_vertex::pdf_distance_from_camera},
-         {"pdf_distance_from_light", &recorded_vertex::pdf_distance_from_light}}};
-    for (int kind = 0; kind <= static_cast<int>(technique_kind::merge); ++kind)
-        if (const double n = count_of(record.counts, static_cast<technique_kind>(kind));
-            !(is_number(n) && n >= 0))
-            return {-1, "counts"};
+         {"pdf_distance_from_light", &recorded_vertex::pdf_distance_from_light},
+         {"merge_factor", &recorded_vertex::merge_factor},
+         {"photon.survival", &recorded_vertex::photon_survival},
+         {"selection", &recorded_vertex::selection},
+         {"selection_next_event", &recorded_vertex::selection_next_event},
+         {"eta_to_camera", &recorded_vertex::eta_to_camera},
+         {"eta_to_light", &recorded_vertex::eta_to_light},
+         {"shading_normal", &recorded_vertex::shading_cos_to_camera},
+         {"shading_normal", &recorded_vertex::shading_cos_to_light},
+         {"position", &recorded_vertex::distance2_at_infinity},
+         {"material", &recorded_vertex::material}}};
+    if (const char* bad = detail::first_bad_field(record))
+        return {-1, bad};
     for (std::size_t i = 0; i < record.vertices.size(); ++i)
         for (const auto& [name, member] : fields)
-            if (const double x = record.vertices[i].*member; is_given(x) && !(is_number(x) && x >= 0))
+            if (const double x = record.vertices[i].*member; is_given(x) && !detail::is_measure(x))
                 return {static_cast<int>(i), name};
     return {};
 }
@@ -201,12 +239,12 @@ inline record_place first_bad_number(const path_record& record) {
 // is forgotten, or too many, is a difference. Three numbers stand for what has no logarithm; they add up as
 // they should: 0 times anything is 0, and infinity times what is not given is not given.
 namespace log_density {
-inline constexpr double zero = -1e15;
+inline constexpr double zero = -1e24;
 inline constexpr double infinite = 1e10;
-inline constexpr double missing = 1e13;
+inline constexpr double missing = 1e17;
 
-constexpr bool is_zero(double q) { return q < -1e14; }
-constexpr bool is_missing(double q) { return q > 9e12 && q < 5e14; }
+constexpr bool is_zero(double q) { return q < -1e23; }
+constexpr bool is_missing(double q) { return q > 9e16; }
 constexpr bool is_infinite(double q) { return q > 1e9 && !is_missing(q); }
 } // namespace log_density
 
@@ -242,6 +280,7 @@ struct weight_terms {
     double parameter = 2;
     weight_arithmetic arithmetic = weight_arithmetic::exact;
     tie ties = tie::shared;
+    double constant = not_given; // a weight that follows from no density
 
     std::vector<double> from_camera, from_light; // P-> and P<- of each vertex
     std::vector<double> merge_factors;
@@ -294,6 +333,7 @@ inline void terms_of(const path_record& record, weight_terms& terms) {
     terms.parameter = record.parameter;
     terms.arithmetic = weight_arithmetic::exact;
     terms.ties = tie::shared;
+    terms.constant = not_given;
     terms.from_camera.resize(n);
     terms.from_light.resize(n);
     terms.merge_factors.resize(n);
@@ -445,31 +485,46 @@ inline bool hangs_on_rounding(const weight_terms& terms, double q, double larges
 // products of P-> and P<-, [V97] 9.2, [J] 3. The same as mis::weight in path.hpp, which tests compare.
 inline expected_weight weight_of(const weight_terms& terms) {
     expected_weight result;
+    if (is_given(terms.constant)) {
+        result.weight = terms.constant;
+        return result;
+    }
     if (terms.arithmetic != weight_arithmetic::exact) {
         result.weight = detail::weight_in_float(terms);
         return result;
     }
     const int own_place = technique_index(size_of(terms), terms.made_by);
-    double largest = log_density::zero, own = log_density::zero;
+    constexpr int usual = 64;
+    double kept[usual]; // densities: paths of up to 32 vertices are multiplied out once
+    int visited = 0;
     const auto clamped = [](double q) { return log_density::is_infinite(q) ? log_density::infinite : q; };
-    detail::for_each_log_density(terms, [&](int place, double q) {
-        if (log_density::is_missing(q))
+    double largest = log_density::zero, own = log_density::zero;
+    detail::for_each_log_density(terms, [&](int place, double density) {
+        if (log_density::is_missing(density))
             result.missing = place;
-        largest = std::max(largest, clamped(q));
+        const double q = clamped(density);
+        if (visited < usual)
+            kept[visited] = q;
+        ++visited;
+        largest = std::max(largest, q);
         if (place == own_place)
-            own = clamped(q);
+            own = q;
     });
     if (log_density::is_zero(own) || result.missing >= 0)
         return result;
     double sum = 0;
     int tied = 0;
-    detail::for_each_log_density(terms, [&](int, double q) {
+    const auto add = [&](double q) {
         if (log_density::is_zero(q))
             return;
-        sum += detail::log_share(terms, clamped(q), largest);
-        tied += clamped(q) >= largest - detail::rounding_of_sums;
-        result.undecided |= detail::hangs_on_rounding(terms, clamped(q), largest);
-    });
+        sum += detail::log_share(terms, q, largest);
+        tied += q >= largest - detail::rounding_of_sums;
+        result.undecided |= detail::hangs_on_rounding(terms, q, largest);
+    };
+    if (visited <= usual)
+        std::for_each(kept, kept + visited, add);
+    else
+        detail::for_each_log_density(terms, [&](int, double density) { add(clamped(density)); });
     result.weight = detail::log_share(terms, own, largest) / sum;
     if (terms.heuristic == heuristic_kind::maximum && result.weight > 0) {
         result.tied = tied;
