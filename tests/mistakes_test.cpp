@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: MIT
 // Every mistake that the reference renderer can make is planted in it, alone and in pairs, and must be named
 // from at most 2,000 of the paths that it writes down.
-#include <cstdio>
-#include <cstdlib>
-#include <doctest/doctest.h>
-#include <lab/render.hpp>
+#include "lab_paths.hpp"
+
 #include <map>
 #include <mis/verify/diagnosis.hpp>
-#include <reader.hpp>
-#include <unistd.h>
 
 namespace {
+
+using test::dump_of;
+using test::records_of;
 
 using lab::mistake;
 using lab::mistake_set;
@@ -43,33 +42,6 @@ lab::settings<double> settings_for(const lab::scene<double>& scene, const mistak
     if (shown.has(mistake::subpath_caps))
         s.counts.max_camera_vertices = s.counts.max_light_vertices = 4;
     return s;
-}
-
-std::vector<std::string> dump_of(const lab::scene<double>& scene, const lab::settings<double>& settings) {
-    std::vector<std::string> lines;
-    lab::render(scene, settings, [&](const lab::pass_result<double>& result) {
-        for (const auto& row : result.rows)
-            lines.insert(lines.end(), row.dump.begin(), row.dump.end());
-    });
-    return lines;
-}
-
-std::vector<mis::path_record> records_of(const std::vector<std::string>& lines) {
-    std::FILE* const file = std::tmpfile();
-    REQUIRE(file);
-    for (const auto& line : lines)
-        std::fprintf(file, "%s\n", line.c_str());
-    std::rewind(file);
-    check_paths::path_reader reader;
-    REQUIRE(check_paths::open_lines(reader.lines, dup(fileno(file))));
-    std::vector<mis::path_record> records;
-    std::string error;
-    for (mis::path_record record;
-         check_paths::next_record(reader, record, error) == check_paths::read_status::record;)
-        records.push_back(record);
-    CHECK(error.empty());
-    std::fclose(file);
-    return records;
 }
 
 mis::finding diagnose(const std::vector<mis::path_record>& records) {
@@ -239,6 +211,183 @@ TEST_CASE("weights with noise of 1 % are unexplained: every scene and heuristic"
             CHECK(f.disagreeing > 800);
             CHECK(f.suspects.empty());
         }
+}
+
+namespace {
+
+// The weights as they should be, those of ties shared.
+double right_weight(const mis::path_record& record) {
+    mis::weight_terms terms;
+    mis::terms_of(record, terms);
+    return mis::weight_of(terms).weight;
+}
+// Whether a mistake shows in a record: also where a tie has been decided.
+bool shows(const mis::path_record& record) { return !mis::agree(record.weight, right_weight(record), 1e-4); }
+
+std::string names_of(const mis::finding& f) {
+    std::string all;
+    for (const auto& s : f.suspects)
+        all += (all.empty() ? "" : ", ") + std::string(s.mistake->identifier);
+    return all.empty() ? "unexplained" : all;
+}
+
+// A random choice of at most so many.
+std::vector<mis::path_record> some_of(std::vector<mis::path_record> records, std::size_t most,
+                                      unsigned seed) {
+    std::shuffle(records.begin(), records.end(), pcg32(seed));
+    records.resize(std::min(records.size(), most));
+    return records;
+}
+
+} // namespace
+
+// Of mistakes that predict the same for all of these paths, one is named and the others are listed.
+TEST_CASE("each mistake alone is named from 100 records of paths on which it shows") {
+    for (std::size_t k = 0; k < lab::mistake_count; ++k) {
+        std::vector<mis::path_record> records;
+        for (const auto& record : paths_with(set_of({k}), set_of({k})))
+            if (shows(record))
+                records.push_back(record);
+        const std::string planted = lab::mistake_names[k];
+        CAPTURE(planted);
+        CAPTURE(records.size());
+        const auto f = diagnose(some_of(records, 100, 1));
+        CHECK(f.suspects.size() == 1);
+        const bool is_listed = std::any_of(f.equivalent.begin(), f.equivalent.end(),
+                                           [&](const mis::mistake* m) { return m->identifier == planted; });
+        CHECK((names_of(f) == planted || is_listed));
+    }
+}
+
+namespace {
+
+// All places in which the path of some record is.
+std::vector<mis::confinement> places_of(const std::vector<mis::path_record>& records) {
+    mis::detail::search s;
+    mis::detail::add_records(s, records);
+    mis::detail::find_places(s);
+    return {s.places.begin() + 1, s.places.end()};
+}
+
+// Makes a mistake in a place only: the number of records in which it then shows.
+int confine(std::vector<mis::path_record>& records, const mis::confinement& where) {
+    int count = 0;
+    for (auto& record : records) {
+        if (!mis::contains(where, record))
+            record.weight = right_weight(record);
+        count += shows(record);
+    }
+    return count;
+}
+
+} // namespace
+
+TEST_CASE("each mistake alone, in a place of about 10 % of the paths, is named with a place in which all its "
+          "wrong weights are, and no right one that it would change") {
+    int in_that_place = 0;
+    for (std::size_t k = 0; k < lab::mistake_count; ++k) {
+        const auto everywhere = paths_with(set_of({k}), set_of({k}));
+        const auto aim = static_cast<int>(everywhere.size() / 10);
+        mis::confinement place;
+        std::vector<mis::path_record> records;
+        int wrong = INT_MAX;
+        for (const mis::confinement& where : places_of(everywhere)) {
+            auto confined = everywhere;
+            const int count = confine(confined, where);
+            const bool is_tie = static_cast<mistake>(k) == mistake::maximum_tie;
+            if (count >= (is_tie ? 24 : 10) && std::abs(count - aim) < std::abs(wrong - aim)) {
+                place = where;
+                records = confined;
+                wrong = count;
+            }
+        }
+        const auto f = diagnose(records);
+        CAPTURE(mis::describe(place));
+        CAPTURE(wrong);
+        CHECK(names_of(f) == lab::mistake_names[k]);
+        CHECK(f.explained == f.disagreeing);
+        CHECK(f.spoiled == 0);
+        if (f.suspects.size() != 1)
+            continue;
+        const mis::confinement& named = f.suspects[0].where;
+        CHECK(f.suspects[0].prevalence > 0.999);
+        for (const auto& record : records)
+            if (shows(record))
+                CHECK(mis::contains(named, record));
+        in_that_place += named.what == place.what && named.value == place.value;
+        std::printf("%-24s %5d wrong %s: named %s\n", lab::mistake_names[k], wrong,
+                    mis::describe(place).c_str(), mis::describe(named).c_str());
+    }
+    std::printf("%d of %zu are named with the very place\n", in_that_place, lab::mistake_count);
+    CHECK(in_that_place >= 15); // others show nowhere but in a part of that place
+}
+
+TEST_CASE("each mistake alone in a random tenth of the weights is named, and how often it shows") {
+    for (std::size_t k = 0; k < lab::mistake_count; ++k) {
+        const auto m = static_cast<mistake>(k);
+        if (m == mistake::maximum_tie || m == mistake::unweighted || m == mistake::average_of_techniques)
+            continue; // ties that rounding decides; constants by chance
+        CAPTURE(std::string(lab::mistake_names[k]));
+        auto records = paths_with(set_of({k}), set_of({k}));
+        pcg32 rng(k);
+        int wrong = 0;
+        for (auto& record : records) {
+            if (std::uniform_real_distribution<double>()(rng) > 0.1)
+                record.weight = right_weight(record);
+            wrong += shows(record);
+        }
+        if (wrong < 5)
+            continue;
+        const auto f = diagnose(records);
+        CHECK(names_of(f) == lab::mistake_names[k]);
+        CHECK(f.explained == f.disagreeing);
+        if (f.suspects.size() == 1 && f.suspects[0].where.what == mis::confinement::by::nothing)
+            CHECK(f.suspects[0].prevalence < 0.3);
+    }
+}
+
+TEST_CASE("the size of the file does not change the suspects") {
+    // A tenth of the paths has a mistake; five times the paths have it in the same tenth.
+    for (const mistake m :
+         {mistake::roulette_omitted, mistake::selection_omitted, mistake::reverse_is_forward}) {
+        const mistake_set planted = set_of({static_cast<std::size_t>(m)});
+        std::vector<std::string> names;
+        for (const int lines : {57, 285}) { // 2,736 and 13,680 records
+            const auto scene = lab::scaled(lab::make_scene<double>("mixed"), 0.01);
+            auto settings = settings_for(scene, planted);
+            settings.mistakes = planted;
+            settings.passes = lines == 57 ? 1 : 5;
+            settings.dump_paths = 57;
+            auto records = records_of(dump_of(scene, settings));
+            pcg32 rng(3);
+            for (auto& record : records)
+                if (std::uniform_real_distribution<double>()(rng) > 0.1)
+                    record.weight = right_weight(record);
+            const auto f = diagnose(records);
+            std::printf("%zu records: %s, which shows in %.1f %% of the weights that it would change\n",
+                        records.size(), names_of(f).c_str(),
+                        f.suspects.empty() ? 0.0 : 100 * f.suspects[0].prevalence);
+            names.push_back(names_of(f));
+        }
+        CHECK(names[0] == lab::mistake_names[static_cast<std::size_t>(m)]);
+        CHECK(names[0] == names[1]);
+    }
+}
+
+TEST_CASE("few wrong weights, 1 in 1,000, get the closest mistake, or its name") {
+    for (std::size_t k = 0; k < lab::mistake_count; ++k) {
+        auto records = paths_with(set_of({k}), set_of({k}));
+        if (static_cast<mistake>(k) == mistake::maximum_tie)
+            continue; // 16 ties are the fewest that tell
+        CAPTURE(std::string(lab::mistake_names[k]));
+        int left = 2;
+        for (auto& record : records)
+            if (shows(record) && --left < 0)
+                record.weight = right_weight(record);
+        const auto f = diagnose(records);
+        CHECK(f.disagreeing == 2);
+        CHECK(f.suspects.size() + f.closest.size() > 0);
+    }
 }
 
 namespace {

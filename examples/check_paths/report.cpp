@@ -159,7 +159,8 @@ void print_suspects(std::FILE* out, const report& r, const mis::finding& found) 
     if (found.suspects.size() > 1)
         print_explained(out, "\nTogether: explain", found);
     if (!found.suspects.empty() && found.disagreeing < r.all.disagreeing)
-        std::fprintf(out, "\nThese numbers are those of a random sample.\n");
+        std::fprintf(out, "%sThese numbers are those of a random sample.\n",
+                     found.suspects.size() > 1 ? "" : "\n");
     for (const mis::mistake* m : found.equivalent)
         std::fprintf(out, "\nThe same weights would follow from %s: %s\n", m->identifier, m->what);
     if (is_unexplained(r, found))

@@ -395,6 +395,10 @@ inline tally operator-(const tally& a, const tally& b) {
 // nearly everywhere, see place_best.
 inline constexpr double surprise_of_constants = 2.3;
 
+// Wrong weights that may be too few to be sure: of so few, what is closest is told however little it
+// explains.
+inline constexpr std::size_t few_wrong = 20;
+
 inline tally tally_of_wrong(const search& s, const hypothesis& set, std::size_t k, unsigned char o) {
     const sampled& r = s.records[s.wrong[k]];
     if (o != explained)
@@ -501,10 +505,11 @@ inline scored place_best(const search& s, const hypothesis& set, const outcomes&
     }
     scored best;
     best.score = -std::numeric_limits<double>::max();
-    for (std::size_t p = 0; p < s.places.size(); ++p) {
+    const std::size_t places = is_constant(m) ? 1 : s.places.size(); // a count is the same for all
+    for (std::size_t p = 0; p < places; ++p) {
         const tally& here = with_it[p];
         const bool holds = here.explained >= 0.95 * (here.explained + here.changed + here.spoiled);
-        if (here.explained == 0 || (is_without_densities(m.mistake) && !holds))
+        if (here.explained == 0 || (is_without_densities(m.mistake) && !holds && s.wrong.size() > few_wrong))
             continue;
         m.place = p;
         scored one{with(set, m), without[0] - without[p] + here, 0};
@@ -590,7 +595,7 @@ void set_claims(search& s, double seen_right_over_wrong, Disagrees&& disagrees, 
         if (is_used(i))
             (disagrees(i) ? s.wrong : s.right).push_back(i);
     const double wrong = static_cast<double>(s.wrong.size()), right = static_cast<double>(s.right.size());
-    s.right_scale = right > 0 ? seen_right_over_wrong * wrong / right : 1;
+    s.right_scale = right > 0 && wrong > 0 ? seen_right_over_wrong * wrong / right : 1;
     s.threshold = std::max(std::min<std::size_t>(3, s.wrong.size()), s.wrong.size() / 400);
     measure_surprise(s);
     s.null_cost = cost_of_wrong(s);
@@ -692,7 +697,7 @@ inline void fit_beta(weight_terms& terms, double claimed, std::vector<double>& f
         const double high = first + k * step, at_high = excess(high);
         if ((at_low < 0) != (at_high < 0)) {
             double a = low, b = high, at_a = at_low, at_b = at_high;
-            for (int halving = 0; halving < 60 && b - a > 1e-9;
+            for (int halving = 0; halving < 60 && b - a > 1e-8;
                  ++halving) { // regula falsi may stall: halve too
                 const double middle = halving % 2 == 0 ? (a * at_b - b * at_a) / (at_b - at_a) : (a + b) / 2;
                 const double at_middle = excess(middle);
@@ -729,7 +734,7 @@ inline double densest(std::vector<double> numbers, std::size_t fewest) {
 
 // The constants with which most of the claims follow that a set does not explain.
 inline std::vector<member> fitted_constants(search& s, const hypothesis& set) {
-    constexpr std::size_t most = 200;
+    constexpr std::size_t most = 100;
     std::array<std::vector<double>, 8> found; // logarithms
     std::vector<std::size_t> left;
     for (const std::size_t i : s.wrong)
@@ -814,7 +819,7 @@ inline scored prune(search& s, scored all) {
 // Pairs that explain some of a few wrong records, the best few of them. Two mistakes may hide each other in
 // every record, so pairs are tried whatever each of them explains alone.
 inline std::vector<scored> best_pairs(search& s, const std::vector<member>& candidates) {
-    constexpr std::size_t few = 24, kept = 8;
+    constexpr std::size_t few = 20, kept = 8;
     std::vector<std::pair<double, hypothesis>> found;
     const std::size_t stride = std::max<std::size_t>(1, s.wrong.size() / few);
     for (std::size_t a = 0; a < candidates.size(); ++a)
@@ -824,20 +829,23 @@ inline std::vector<scored> best_pairs(search& s, const std::vector<member>& cand
                 is_without_densities(pair[0].mistake) || is_without_densities(pair[1].mistake);
             if (is_alone || std::strcmp(identifier_of(pair[0]), identifier_of(pair[1])) == 0)
                 continue;
-            double surprise = 0;
-            for (std::size_t k = 0; k < s.wrong.size(); k += stride) {
+            double surprise = 0, hits = 0, tried = 0;
+            for (std::size_t k = 0; k < s.wrong.size() && (hits > 0 || tried < few / 2);
+                 k += stride, ++tried) {
                 const sampled& r = s.records[s.wrong[k]];
                 if (outcome_of(s, r, prediction(s, pair, r)) == explained)
-                    surprise += r.surprise;
+                    surprise += r.surprise, ++hits;
             }
-            if (surprise > 0)
-                found.push_back({surprise, pair});
+            const double evidence = surprise + s.null_cost * tried / static_cast<double>(s.wrong.size()) -
+                                    cost_of_choice(hits, tried);
+            if (hits > 0 && evidence > 0)
+                found.push_back({evidence, pair});
         }
     std::stable_sort(found.begin(), found.end(),
                      [](const auto& a, const auto& b) { return a.first > b.first; });
     found.resize(std::min<std::size_t>(found.size(), 6 * kept));
     std::vector<scored> pairs;
-    for (const auto& [surprise, pair] : found)
+    for (const auto& [evidence, pair] : found)
         pairs.push_back(score_of(s, pair));
     keep_best(pairs, kept);
     return pairs;
@@ -875,8 +883,11 @@ inline scored best_set(search& s) {
         if (best.set.empty() || is_better(grown, best))
             best = grown;
     };
-    for (const scored& start : starts)
-        if (!is_explained || is_complete(s, start))
+    keep_best(starts, starts.size());
+    if (!starts.empty())
+        best = starts[0];
+    for (const scored& start : starts) // what is not worth its name by itself is not worth adding to
+        if (start.score > 0 && (!is_explained || is_complete(s, start)))
             consider(start);
     if (!best.set.empty() && best.score > 0 && !is_complete(s, best)) {
         for (const member& m : fitted_constants(s, best.set))
@@ -1034,8 +1045,7 @@ inline finding finding_of(search& s, const scored& best, bool is_named, std::siz
     const double wrong = static_cast<double>(s.wrong.size());
     result.disagreeing = static_cast<std::int64_t>(s.wrong.size());
     result.agreeing = static_cast<std::int64_t>(s.right.size());
-    constexpr double few = 20; // wrong weights, too few to be sure
-    const bool is_close = best.score > 0 || wrong <= few;
+    const bool is_close = best.score > 0 || s.wrong.size() <= few_wrong;
     if (best.set.empty() || (!is_named && (!is_close || best.sums.explained * 10 < wrong)))
         return result;
     (is_named ? result.suspects : result.closest) = describe_all(s, best.set, is_named ? examples : 0);
@@ -1045,8 +1055,12 @@ inline finding finding_of(search& s, const scored& best, bool is_named, std::siz
         result.equivalent = equivalent_to(s, best.set[0]);
     return result;
 }
+// Weights that are constants explain nearly all that is wrong, or are themselves to be explained.
 inline bool is_named(const search& s, const scored& best) {
-    return best.score > 0 && 2 * best.sums.explained >= static_cast<double>(s.wrong.size());
+    const bool is_constant = std::any_of(best.set.begin(), best.set.end(),
+                                         [](const member& m) { return is_without_densities(m.mistake); });
+    return best.score > 0 &&
+           best.sums.explained >= (is_constant ? 0.95 : 0.5) * static_cast<double>(s.wrong.size());
 }
 
 // Mistakes that a wrong record lacks a field for.

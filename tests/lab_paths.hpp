@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: MIT
+// Paths of the reference renderer as the path checker reads them.
+#pragma once
+
+#include <cstdio>
+#include <cstdlib>
+#include <doctest/doctest.h>
+#include <lab/render.hpp>
+#include <reader.hpp>
+#include <unistd.h>
+
+namespace test {
+
+inline std::vector<std::string> dump_of(const lab::scene<double>& scene,
+                                        const lab::settings<double>& settings) {
+    std::vector<std::string> lines;
+    lab::render(scene, settings, [&](const lab::pass_result<double>& result) {
+        for (const auto& row : result.rows)
+            lines.insert(lines.end(), row.dump.begin(), row.dump.end());
+    });
+    return lines;
+}
+
+inline std::vector<mis::path_record> records_of(const std::vector<std::string>& lines) {
+    std::FILE* const file = std::tmpfile();
+    REQUIRE(file);
+    for (const auto& line : lines)
+        std::fprintf(file, "%s\n", line.c_str());
+    std::rewind(file);
+    check_paths::path_reader reader;
+    REQUIRE(check_paths::open_lines(reader.lines, dup(fileno(file))));
+    std::vector<mis::path_record> records;
+    std::string error;
+    for (mis::path_record record;
+         check_paths::next_record(reader, record, error) == check_paths::read_status::record;)
+        records.push_back(record);
+    CHECK(error.empty());
+    std::fclose(file);
+    return records;
+}
+
+} // namespace test
