@@ -336,6 +336,71 @@ TEST_CASE("a bad density where the weight is a number: unusable, status 1") {
     CHECK(c.as_json["weights_no_numbers"] == 0);
 }
 
+TEST_CASE("a weight that is no number does not agree with what follows from no number") {
+    const auto unusable = [](const char* heuristic, const char* key, const json& value, const char* fault) {
+        json record = record_of({}, "nan");
+        record["heuristic"] = heuristic;
+        record[key] = value;
+        const checked c = check_records({record});
+        CHECK(c.status == 1);
+        CHECK(c.as_json["all"]["agreeing"] == 0);
+        CHECK(has(c, "line 1: weight nan, \"" + std::string(key) + "\" is " + fault + "\n"));
+    };
+    for (const char* bad : {"nan", "inf", "-inf"}) {
+        unusable("power", "beta", bad, "negative or not finite");
+        unusable("cutoff", "alpha", bad, "not between 0 and 1");
+        unusable("balance", "radius", bad, "negative or not finite");
+    }
+    unusable("power", "beta", -1, "negative or not finite");
+    unusable("cutoff", "alpha", 2, "not between 0 and 1");
+    unusable("balance", "radius", -0.1, "negative or not finite");
+}
+
+TEST_CASE("weights that are all 1 are unweighted; coin flips are unexplained") {
+    const checked ones = check_records(dump_of(300, [](const light_hit&) { return 1; }));
+    CHECK(lines_that_begin(ones, "suspect:") == 1);
+    CHECK(lines_that_begin(ones, "suspect: unweighted\n") == 1);
+    test::generator g(4);
+    const checked coin = check_records(dump_of(300, [&](const light_hit&) { return g.chance(0.5) ? 1 : 0; }));
+    CHECK(lines_that_begin(coin, "suspect: unexplained\n") == 1);
+    CHECK(coin.as_json["closest"].empty());
+}
+
+TEST_CASE("a mistake of one material is said to be of that one, and one of random paths how often it shows") {
+    const auto mixture = [](auto&& is_wrong, bool is_material) {
+        test::generator g(6);
+        std::vector<json> records;
+        for (int i = 0; i < 1000; ++i) {
+            const light_hit x = random_hit(g);
+            const bool wrong = is_wrong(g);
+            records.push_back(record_of(x, wrong ? without_selection(x) : right_weight(x)));
+            if (is_material)
+                records.back()["vertices"][1]["material"] = wrong ? 7 : g.integer(0, 6);
+        }
+        return check_records(records);
+    };
+    const auto tenth = [](test::generator& g) { return g.chance(0.1); };
+    const checked material = mixture(tenth, true);
+    CHECK(lines_that_begin(material, "suspect: selection_omitted, in paths with material 7 only\n") == 1);
+    CHECK(material.as_json["suspects"][0]["where"] == "in paths with material 7 only");
+    CHECK(material.as_json["suspects"][0]["prevalence"] == 1);
+    CHECK(material.as_json["spoiled"] == 0);
+    const checked random = mixture(tenth, false);
+    CHECK(lines_that_begin(random, "suspect: selection_omitted\n") == 1);
+    CHECK(random.as_json["suspects"][0]["prevalence"].get<double>() == doctest::Approx(0.1).epsilon(0.2));
+    CHECK(lines_that_begin(random, "  It shows in ") == 1);
+}
+
+TEST_CASE("a count that the records do not have is fitted") {
+    const checked c = check_records(dump_of(200, [](const light_hit& x) {
+        return x.at_light() / (x.at_light() + 3.7 * x.next_event); // 3.7 next events
+    }));
+    CHECK(lines_that_begin(c, "suspect: wrong_constant\n") == 1);
+    CHECK(has(c, "  The weights follow if next events counted 3.7 instead of 1.\n"));
+    CHECK(c.as_json["suspects"][0]["fitted"].get<double>() == doctest::Approx(3.7).epsilon(1e-6));
+    CHECK(c.as_json["suspects"][0]["given"] == 1);
+}
+
 // ---- Input that cannot be read ----
 
 TEST_CASE("lines that are no records are counted, the first five shown, status 2") {

@@ -188,6 +188,10 @@ nlohmann::ordered_json to_json(const mis::finding& found) {
                         {"advice", s.mistake->advice},
                         {"changes", s.affected},
                         {"examples", examples}});
+        if (s.mistake == &mis::wrong_constant) {
+            list.back()["given"] = s.constant.given;
+            list.back()["fitted"] = s.constant.fitted;
+        }
     }
     return list;
 }
