@@ -353,6 +353,6 @@ for (const auto& path : paths) {
     mis::judge(d, record);
 }
 for (const mis::suspect& s : mis::suspects_of(d).suspects)
-    std::puts(s.mistake->what);
+    std::puts(mis::describe(s).c_str());
     // clang-format on
 }

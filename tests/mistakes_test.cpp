@@ -5,6 +5,7 @@
 
 #include <map>
 #include <mis/verify/diagnosis.hpp>
+#include <mutex>
 
 namespace {
 
@@ -400,11 +401,28 @@ struct pair_result {
 };
 
 // Records of the same paths whose weights differ.
-int differing(const std::vector<mis::path_record>& a, const std::vector<mis::path_record>& b) {
+int differing(const std::vector<mis::path_record>& a, const std::vector<double>& b) {
     int count = 0;
     for (std::size_t i = 0; i < a.size(); ++i)
-        count += !mis::agree(a[i].weight, b[i].weight, 1e-4);
+        count += !mis::agree(a[i].weight, b[i], 1e-4);
     return count;
+}
+
+// The weights with one mistake alone. Of the mistakes shown, only those that have settings of their own
+// matter, so that many pairs share them.
+const std::vector<double>& weights_with(std::size_t k, const mistake_set& shown) {
+    static std::mutex mutex;
+    static std::map<std::pair<std::size_t, unsigned long>, std::vector<double>> known;
+    mistake_set special;
+    for (const mistake m :
+         {mistake::power_overflow, mistake::maximum_tie, mistake::merge_roulette, mistake::subpath_caps})
+        special.planted.set(static_cast<std::size_t>(m), shown.has(m));
+    const std::lock_guard<std::mutex> lock(mutex);
+    auto& weights = known[{k, special.planted.to_ulong()}];
+    if (weights.empty())
+        for (const auto& record : paths_with(set_of({k}), special))
+            weights.push_back(record.weight);
+    return weights;
 }
 
 } // namespace
@@ -420,8 +438,8 @@ TEST_CASE("mistakes in pairs are both named, in 90 % of the pairs that do not ma
         const mistake_set both = set_of({p.a, p.b});
         const auto records = paths_with(both, both);
         constexpr int fewest = 10; // of 1,968 records
-        p.visible = differing(records, paths_with(set_of({p.a}), both)) >= fewest &&
-                    differing(records, paths_with(set_of({p.b}), both)) >= fewest;
+        p.visible = differing(records, weights_with(p.a, both)) >= fewest &&
+                    differing(records, weights_with(p.b, both)) >= fewest;
         if (!p.visible)
             return;
         const mis::finding f = diagnose(records);

@@ -5,7 +5,7 @@
 //     for (const mis::path_record& record : records)
 //         mis::judge(d, record);
 //     for (const mis::suspect& s : mis::suspects_of(d).suspects)
-//         std::puts(s.mistake->what);
+//         std::puts(mis::describe(s).c_str());
 //
 // Every mistake, and every set of a few, predicts the weight that a renderer with it would have claimed. A
 // mistake *explains* a wrong weight that it predicts, and *spoils* a right one that it would have changed.
