@@ -272,6 +272,15 @@ inline bool is_without_densities(std::size_t mistake) {
             std::strcmp(mistakes[mistake].identifier, "average_of_techniques") == 0);
 }
 
+// Those that hide all others; the average heuristic still asks which techniques can make the path.
+inline bool gives_constant(std::size_t mistake) {
+    return is_without_densities(mistake) && mistakes[mistake].plant != use_heuristic<heuristic_kind::average>;
+}
+inline bool breaks_ties(std::size_t mistake) {
+    return mistake < mistake_count && (mistakes[mistake].plant == break_ties<tie::all_win> ||
+                                       mistakes[mistake].plant == break_ties<tie::all_lose>);
+}
+
 // A record with all that scoring needs.
 struct sampled {
     const path_record* record;
@@ -391,8 +400,8 @@ inline tally operator-(const tally& a, const tally& b) {
     return {a.explained - b.explained, a.changed - b.changed, a.spoiled - b.spoiled, a.surprise - b.surprise};
 }
 
-// Constant predictions are few: a claim that is one of them says so by itself. In return they must hold
-// nearly everywhere, see place_best.
+// Constant predictions are few: a claim that is one of them says so by itself, where nothing else is wrong.
+// In return they must hold nearly everywhere, see place_best.
 inline constexpr double surprise_of_constants = 2.3;
 
 // Wrong weights that may be too few to be sure: of so few, what is closest is told however little it
@@ -403,9 +412,7 @@ inline tally tally_of_wrong(const search& s, const hypothesis& set, std::size_t 
     const sampled& r = s.records[s.wrong[k]];
     if (o != explained)
         return {0, double(o == changed), 0, 0};
-    const bool is_constant = std::any_of(set.begin(), set.end(), [&](const member& m) {
-        return is_without_densities(m.mistake) && is_in(m, r);
-    });
+    const bool is_constant = set.size() == 1 && is_without_densities(set[0].mistake) && is_in(set[0], r);
     return {1, 0, 0, is_constant ? std::max(r.surprise, surprise_of_constants) : r.surprise};
 }
 inline tally tally_of_right(const search& s, unsigned char o) {
@@ -436,7 +443,7 @@ inline double evidence(const search& s, const tally& t) {
 
 // Of telling a member: which of about 100 it is, and the chance of 1 in 1000 that a false one is named at
 // all.
-inline constexpr double cost_of_mistake = 12, cost_of_place = 5, cost_of_value = 10;
+inline constexpr double cost_of_mistake = 12, cost_of_place = 5, cost_of_value = 15;
 inline double cost_of(const hypothesis& set) {
     double cost = 0;
     for (const member& m : set)
@@ -489,7 +496,7 @@ inline scored place_best(const search& s, const hypothesis& set, const outcomes&
     std::vector<tally> without(s.places.size()), with_it(s.places.size()); // in each place
     const hypothesis larger = with(set, m);
     for (std::size_t k = 0; k < s.wrong.size(); ++k) {
-        const tally a = tally_of_wrong(s, set, k, before.wrong[k]);
+        const tally a = tally_of_wrong(s, larger, k, before.wrong[k]);
         const tally b = tally_of_wrong(s, larger, k, after.wrong[k]);
         for_each_place(s, s.wrong[k], [&](std::size_t p) {
             without[p] = without[p] + a;
@@ -825,9 +832,8 @@ inline std::vector<scored> best_pairs(search& s, const std::vector<member>& cand
     for (std::size_t a = 0; a < candidates.size(); ++a)
         for (std::size_t b = a + 1; b < candidates.size(); ++b) {
             const hypothesis pair{candidates[a], candidates[b]};
-            const bool is_alone =
-                is_without_densities(pair[0].mistake) || is_without_densities(pair[1].mistake);
-            if (is_alone || std::strcmp(identifier_of(pair[0]), identifier_of(pair[1])) == 0)
+            if (gives_constant(pair[0].mistake) || gives_constant(pair[1].mistake) ||
+                std::strcmp(identifier_of(pair[0]), identifier_of(pair[1])) == 0)
                 continue;
             double surprise = 0, hits = 0, tried = 0;
             for (std::size_t k = 0; k < s.wrong.size() && (hits > 0 || tried < few / 2);
@@ -859,9 +865,10 @@ inline scored best_set(search& s) {
     std::vector<scored> starts;
     const auto add_single = [&](const member& m) {
         const outcomes alone = outcomes_of(s, {m});
-        if (std::all_of(alone.wrong.begin(), alone.wrong.end(),
-                        [](unsigned char o) { return o == unchanged; }))
-            return; // it cannot show
+        const bool is_hidden = std::all_of(alone.wrong.begin(), alone.wrong.end(),
+                                           [](unsigned char o) { return o == unchanged; });
+        if (is_hidden && !breaks_ties(m.mistake)) // ties may only arise from another mistake
+            return;
         candidates.push_back(m);
         const scored placed = place_best(s, {}, nothing, m, alone);
         if (!placed.set.empty())
