@@ -62,6 +62,14 @@ std::vector<mis::path_record> paths_with(const mistake_set& planted, const mista
     return records_of(dump_of(scene, settings));
 }
 
+// Paths with one mistake, in a setting in which it shows: rendered once for all tests.
+const std::vector<mis::path_record>& paths_with_alone(std::size_t k) {
+    static std::array<std::vector<mis::path_record>, lab::mistake_count> known;
+    if (known[k].empty())
+        known[k] = paths_with(set_of({k}), set_of({k}));
+    return known[k];
+}
+
 } // namespace
 
 TEST_CASE("every mistake has its name in the library, and the other way about") {
@@ -80,7 +88,7 @@ template <class Change> std::vector<std::string> names_of_singles(Change&& chang
     std::vector<std::string> names(lab::mistake_count);
     std::printf("%-24s %8s %8s   %s\n", "planted", "wrong", "explained", "named");
     for (std::size_t k = 0; k < lab::mistake_count; ++k) {
-        auto records = paths_with(set_of({k}), set_of({k}));
+        auto records = paths_with_alone(k);
         CHECK(records.size() > 1900);
         CHECK(records.size() <= 2000);
         for (auto& record : records)
@@ -246,7 +254,7 @@ std::vector<mis::path_record> some_of(std::vector<mis::path_record> records, std
 TEST_CASE("each mistake alone is named from 100 records of paths on which it shows") {
     for (std::size_t k = 0; k < lab::mistake_count; ++k) {
         std::vector<mis::path_record> records;
-        for (const auto& record : paths_with(set_of({k}), set_of({k})))
+        for (const auto& record : paths_with_alone(k))
             if (shows(record))
                 records.push_back(record);
         const std::string planted = lab::mistake_names[k];
@@ -287,7 +295,7 @@ TEST_CASE("each mistake alone, in a place of about 10 % of the paths, is named w
           "wrong weights are, and no right one that it would change") {
     int in_that_place = 0;
     for (std::size_t k = 0; k < lab::mistake_count; ++k) {
-        const auto everywhere = paths_with(set_of({k}), set_of({k}));
+        const auto& everywhere = paths_with_alone(k);
         const auto aim = static_cast<int>(everywhere.size() / 10);
         mis::confinement place;
         std::vector<mis::path_record> records;
@@ -329,7 +337,7 @@ TEST_CASE("each mistake alone in a random tenth of the weights is named, and how
         if (m == mistake::maximum_tie || m == mistake::unweighted || m == mistake::average_of_techniques)
             continue; // ties that rounding decides; constants by chance
         CAPTURE(std::string(lab::mistake_names[k]));
-        auto records = paths_with(set_of({k}), set_of({k}));
+        auto records = paths_with_alone(k);
         pcg32 rng(k);
         int wrong = 0;
         for (auto& record : records) {
@@ -377,7 +385,7 @@ TEST_CASE("the size of the file does not change the suspects") {
 
 TEST_CASE("few wrong weights, 1 in 1,000, get the closest mistake, or its name") {
     for (std::size_t k = 0; k < lab::mistake_count; ++k) {
-        auto records = paths_with(set_of({k}), set_of({k}));
+        auto records = paths_with_alone(k);
         if (static_cast<mistake>(k) == mistake::maximum_tie)
             continue; // 16 ties are the fewest that tell
         CAPTURE(std::string(lab::mistake_names[k]));
