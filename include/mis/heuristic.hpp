@@ -43,9 +43,10 @@ MIS_HOST_DEVICE constexpr T weight_of_first(const Heuristic& heuristic, T a, T b
 }
 
 // Every heuristic is a plain struct of three parts:
-//   share(q, largest)      what technique q gets for each 1 that the largest density gets, in [0, 1];
-//   raise(x), join(x, y)   q^beta and the sum, as the recursion in subpath.hpp needs them (not cutoff's);
-//   against(own, others)   the weight of `own` once all other techniques have been joined into `others`;
+//   share(q, largest)        what technique q gets for each 1 that the largest density gets, in [0, 1];
+//   times(s, x), join(x, y)  s x^beta and the sum, as the recursion in subpath.hpp needs them (not cutoff's);
+//   against(own, others)     the weight of `own` once all other techniques have been joined into `others`;
+//                            NaN where both are 0 or infinite;
 // and of the call operator, the weight of the first of two techniques.
 
 // 1 / M for each of the M techniques with positive density.
@@ -54,12 +55,12 @@ struct average_heuristic {
         const bool possible = q > T(0) && !detail::is_infinite(largest);
         return detail::select(q < largest, detail::select(possible, T(1), T(0)), T(1));
     }
-    template <class T> MIS_HOST_DEVICE constexpr T raise(T x) const {
-        return detail::select(x > T(0), T(1), T(0));
+    template <class T> MIS_HOST_DEVICE constexpr T times(T s, T x) const {
+        return detail::select(x > T(0), s, T(0));
     }
     template <class T> MIS_HOST_DEVICE constexpr T join(T x, T y) const { return x + y; }
     template <class T> MIS_HOST_DEVICE constexpr T against(T own, T others) const {
-        return detail::select(own > T(0), own / (own + others), T(0));
+        return own / (own + others);
     }
     template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const {
         return weight_of_first(*this, a, b);
@@ -71,10 +72,10 @@ struct balance_heuristic {
     template <class T> MIS_HOST_DEVICE constexpr T share(T q, T largest) const {
         return detail::select(q < largest, q / largest, T(1));
     }
-    template <class T> MIS_HOST_DEVICE constexpr T raise(T x) const { return detail::saturate(x); }
+    template <class T> MIS_HOST_DEVICE constexpr T times(T s, T x) const { return s * x; }
     template <class T> MIS_HOST_DEVICE constexpr T join(T x, T y) const { return x + y; }
     template <class T> MIS_HOST_DEVICE constexpr T against(T own, T others) const {
-        return detail::select(own > T(0), own / (own + others), T(0));
+        return own / (own + others);
     }
     template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const {
         return weight_of_first(*this, a, b);
@@ -97,12 +98,10 @@ template <class Beta = two> struct power_heuristic {
     template <class T> MIS_HOST_DEVICE constexpr T share(T q, T largest) const {
         return to_the_beta(detail::select(q < largest, q / largest, T(1)));
     }
-    template <class T> MIS_HOST_DEVICE constexpr T raise(T x) const {
-        return detail::saturate(to_the_beta(x));
-    }
+    template <class T> MIS_HOST_DEVICE constexpr T times(T s, T x) const { return s * to_the_beta(x); }
     template <class T> MIS_HOST_DEVICE constexpr T join(T x, T y) const { return x + y; }
     template <class T> MIS_HOST_DEVICE constexpr T against(T own, T others) const {
-        return detail::select(own > T(0), own / (own + others), T(0));
+        return own / (own + others);
     }
     template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const {
         return weight_of_first(*this, a, b);
@@ -130,7 +129,7 @@ struct maximum_heuristic {
     template <class T> MIS_HOST_DEVICE constexpr T share(T q, T largest) const {
         return detail::select(q < largest, T(0), T(1));
     }
-    template <class T> MIS_HOST_DEVICE constexpr T raise(T x) const { return detail::saturate(x); }
+    template <class T> MIS_HOST_DEVICE constexpr T times(T s, T x) const { return s * x; }
     template <class T> MIS_HOST_DEVICE constexpr T join(T x, T y) const { return detail::larger(x, y); }
     // Counts a tie as one of two: the recursion does not know how many techniques tie. path.hpp does.
     template <class T> MIS_HOST_DEVICE constexpr T against(T own, T others) const {
