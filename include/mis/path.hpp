@@ -227,11 +227,11 @@ template <class T> MIS_HOST_DEVICE inline bool is_less(scaled_product<T> a, scal
     return absolute(apart) < 256 ? a.mantissa < ldexp(b.mantissa, static_cast<int>(apart)) : apart > 0;
 }
 
-// A positive number that has been rounded to 0, or that counts as 0 where subnormal numbers do, becomes the
-// smallest number that does not.
-template <class T> MIS_HOST_DEVICE T keep_positive(T a) {
+// A positive number that has been rounded to 0 becomes the smallest number; the smallest normal one where the
+// processor takes others for 0.
+template <class T> MIS_HOST_DEVICE inline T keep_positive(T a) {
     a = larger(a, T(limits<T>::least_positive));
-    return a > T(0) ? a : T(std::numeric_limits<T>::min());
+    return a > T(0) ? a : T(limits<T>::least_normal);
 }
 
 // value / largest in [0, 1]. A positive value stays positive. If the largest is infinite, 1 for the infinite
