@@ -204,8 +204,7 @@ TEST_CASE_TEMPLATE("a path of 1,000 vertices neither overflows nor underflows", 
         CHECK(w[static_cast<std::size_t>(s)] == doctest::Approx(1e-3).epsilon(1e-5));
 }
 
-// The repository's accuracy is for each weight; what must be exact is asked for here: the largest density
-// over itself is 1, however a compiler rounds the quotient, and so the maximum heuristic finds it.
+// Exactly 1, however a compiler rounds the quotient: the maximum heuristic counts nothing below.
 TEST_CASE_TEMPLATE("the largest relative density is 1; single weights of every heuristic sum to 1", T, float,
                    double) {
     generator g(32);
