@@ -277,6 +277,15 @@ TEST_CASE_TEMPLATE("as many zeros, infinities and extreme factors as the longest
     const auto w = weights_of(mis::balance, counts, path_of(least<T>, largest));
     CHECK(w[0] == 1);
 
+    auto infinite = path_of(inf, inf); // in all factors, and one 0 in what all but two techniques need
+    for (auto& x : infinite) {
+        x.cos_to_camera = x.cos_to_light = inf;
+        x.pdf_distance_from_camera = x.pdf_distance_from_light = inf;
+        x.distance2_to_light = 0;
+    }
+    infinite.back().pdf_position = 0;
+    CHECK(positive(infinite) == list{9'999, 10'000});
+
     auto path = path_of(least<T>, least<T>);
     for (auto& x : path) {
         x.cos_to_camera = x.cos_to_light = least<T>;
