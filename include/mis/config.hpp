@@ -54,7 +54,12 @@ template <class T> MIS_HOST_DEVICE constexpr bool is_infinite(T a) { return a > 
 // Limits as constants, because device code may not call the functions of std::numeric_limits.
 template <class T> struct limits {
     static constexpr T largest = std::numeric_limits<T>::max();
+    static constexpr T least_normal = std::numeric_limits<T>::min();
+#ifdef __FAST_MATH__ // where subnormal numbers count as 0
+    static constexpr T least_positive = least_normal;
+#else
     static constexpr T least_positive = std::numeric_limits<T>::denorm_min();
+#endif
     static constexpr T infinity = std::numeric_limits<T>::infinity();
     // Numbers above this count as infinite in the recursion's state. A sixteenth of the largest number, so
     // that the sum of a few saturated terms is still finite, and so that no compiler can prove that nothing

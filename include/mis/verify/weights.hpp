@@ -247,8 +247,8 @@ template <class T> struct seen_contribution {
 };
 
 template <class T> double quotient(const seen_contribution<T>& a, const seen_contribution<T>& b) {
-    const auto q = a.value / b.value;
-    return static_cast<double>(std::ldexp(q.mantissa, q.exponent));
+    const auto q = without(a.value, b.value);
+    return static_cast<double>(std::ldexp(q.mantissa, static_cast<int>(q.exponent)));
 }
 
 inline void add_ratio(std::vector<named_number>& quantities, const std::string& a, double x,
@@ -327,8 +327,10 @@ std::vector<seen_contribution<T>> contributions(const technique_counts<T>& count
                                                 std::vector<std::string>& complaints) {
     using product = mis::detail::path_product<T>;
     std::vector<product> densities(static_cast<std::size_t>(technique_count(n)));
-    mis::detail::for_each_density(
-        counts, path, n, [&](int k, const product& p) { densities[static_cast<std::size_t>(k)] = p; });
+    const long long exponent = mis::detail::for_each_density(
+        counts, path, n, 0, [&](int k, const product& p) { densities[static_cast<std::size_t>(k)] = p; });
+    for (product& p : densities)
+        p.exponent += exponent; // whole, with the zeros and infinities of the light walk
     std::vector<seen_contribution<T>> seen;
     std::vector<std::string> dark;
     for (int k = 0; k < technique_count(n); ++k) {
@@ -337,7 +339,7 @@ std::vector<seen_contribution<T>> contributions(const technique_counts<T>& count
             continue;
         const double s = static_cast<double>(throughput(t));
         const product& p = densities[static_cast<std::size_t>(k)];
-        const bool without_density = p.zeros > 0, without_throughput = is_infinite(s);
+        const bool without_density = is_zero(p), without_throughput = is_infinite(s);
         if (is_nan(s) || s < 0)
             complaints.push_back("the throughput of " + to_string(t) + " is " + text(s));
         else if (without_density && !without_throughput)
@@ -345,11 +347,11 @@ std::vector<seen_contribution<T>> contributions(const technique_counts<T>& count
                                  " (impossible would be infinity)");
         else if (!without_density && without_throughput)
             complaints.push_back(to_string(t) + " has a positive density, but an infinite throughput");
-        else if (!without_density && p.infinities > 0 && s > 0)
+        else if (!without_density && is_infinite(p) && s > 0)
             complaints.push_back(to_string(t) + " has an infinite density, but the throughput " + text(s));
-        else if (!without_density && p.infinities == 0 && s > 0)
+        else if (!without_density && !is_infinite(p) && s > 0)
             seen.push_back({t, p * mis::detail::scaled_factor<mis::detail::wide_t<T>>(s)});
-        else if (!without_density && p.infinities == 0)
+        else if (!without_density && !is_infinite(p))
             dark.push_back("the throughput of " + to_string(t) + " is 0, those of others are not");
     }
     if (!seen.empty())
