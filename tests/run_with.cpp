@@ -5,8 +5,8 @@
 //     run_with [--disk BYTES] [--memory BYTES] [--interrupt SIGNAL] PROGRAM ARGUMENT..
 //
 // --disk: files cannot grow beyond so many bytes. --memory: of the address space. --interrupt: sends INT or
-// TERM once the program handles it and has worked for a while, in processor time, so that a busy machine
-// changes nothing. The exit status is the program's, 128 + n where a signal n ended it.
+// TERM once the program handles it, or KILL, and it has worked for a while, in processor time, so that a busy
+// machine changes nothing. The exit status is the program's, 128 + n where a signal n ended it.
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
@@ -38,6 +38,8 @@ std::string file_of(pid_t process, const char* name) {
 }
 
 bool handles(pid_t process, int signal) {
+    if (signal == SIGKILL)
+        return true;
     const std::string status = file_of(process, "status");
     const auto place = status.find("SigCgt:");
     return place != std::string::npos &&
@@ -68,7 +70,7 @@ int main(int count, char** arguments) {
         } else if (option == "--memory") {
             limit(RLIMIT_AS, arguments[k + 1]);
         } else if (option == "--interrupt") {
-            signal = value == "INT" ? SIGINT : SIGTERM;
+            signal = value == "INT" ? SIGINT : value == "TERM" ? SIGTERM : SIGKILL;
         }
     }
     const pid_t child = fork();

@@ -692,7 +692,7 @@ TEST_CASE("samplers: too little data is neither right nor wrong") {
         CHECK(is_undecided(check(o), "no bins"));
     }
     o.bins = 8;
-    for (const double false_alarm : {0.0, -1.0, 1.0, not_a_number, infinity}) {
+    for (const double false_alarm : {0.0, 1e-300, -1.0, 1.0, not_a_number, infinity}) {
         o.false_alarm = false_alarm;
         CHECK(is_undecided(check(o), "false_alarm is "));
     }
@@ -892,7 +892,7 @@ TEST_CASE("estimates of subsets") {
     CHECK_FALSE(bad.undecided);
     CHECK(is_undecided(mis::verify::estimates_agree({{"a", 2, {2, 1, 1}}, {"b", 3, {2, 4, 8}}}), "no two"));
     CHECK(is_undecided(mis::verify::estimates_agree({}), "no two"));
-    for (const double false_alarm : {0.0, 1.0, not_a_number})
+    for (const double false_alarm : {0.0, 1e-300, 1.0, not_a_number})
         CHECK(is_undecided(mis::verify::estimates_agree(table, false_alarm), "false_alarm is "));
 
     // means of 2 and of 300, of two samples each: whatever they are, such a table tells nothing

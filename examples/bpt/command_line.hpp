@@ -19,7 +19,9 @@ struct options {
 
 inline void add_options(CLI::App& app, options& o) {
     using CLI::Range;
-    const auto above_0_to = [](double most) { return Range(std::numeric_limits<double>::min(), most); };
+    const auto above_0_to = [](double most) {
+        return Range(std::numeric_limits<double>::min(), most) & tools::is_number;
+    };
     std::vector<std::string> scenes = scene_names();
     scenes.insert(scenes.end(), study_scene_names().begin(), study_scene_names().end());
     scenes.push_back("all");

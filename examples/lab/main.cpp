@@ -30,9 +30,10 @@ void add_options(CLI::App& app, options& o) {
     bpt::add_options(app, o);
     app.add_option("--heuristic", o.heuristic, "that weighs the techniques")
         ->check(CLI::IsMember(heuristics));
-    app.add_option("--alpha", o.alpha, "threshold of the cutoff heuristic")->check(Range(0.0, 1.0));
+    app.add_option("--alpha", o.alpha, "threshold of the cutoff heuristic")
+        ->check(Range(0.0, 1.0) & tools::is_number);
     app.add_option("--scale", o.scale, "of all lengths in the scene; the image is the same for any")
-        ->check(Range(1e-6, 1e6));
+        ->check(Range(1e-6, 1e6) & tools::is_number);
     app.add_option("--scalar", o.scalar, "of the renderer")->check(CLI::IsMember({"float", "double"}));
     app.add_option("--max-camera-vertices", o.max_camera_vertices,
                    "of a camera walk, its lens point included")
@@ -79,6 +80,12 @@ void check_options(const options& o) {
     refuse(o.optimal > 0 && o.random_connection, "--optimal wants all connections, not --random-connection");
     refuse(o.optimal > 0 && bpt::algorithms(1.0, 1.0).at(o.algorithm).is_progressive && o.radius_alpha < 1,
            "--optimal wants a radius that stays: --radius-alpha 1");
+    // lab::technique_film
+    const double pixels = double(o.size) * o.size,
+                 images = 2.0 * (bpt::longest_path + 1) * (bpt::longest_path + 1);
+    const double memory = double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGESIZE));
+    refuse(pixels * images * sizeof(glm::dvec3) > memory,
+           "--size needs more memory than this machine has: the images of all techniques");
     refuse(!o.reference.empty() && (o.demo || bpt::scenes_of(o).size() > 1),
            "--reference is the image of one scene");
 }

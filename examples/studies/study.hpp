@@ -27,7 +27,9 @@ struct image_options : common_options {
 template <class T>
 void add_number(CLI::App& app, const std::string& name, T& value, const std::string& what,
                 std::common_type_t<T> least, std::common_type_t<T> greatest) {
-    app.add_option(name, value, what)->check(CLI::Range(least, greatest))->capture_default_str();
+    app.add_option(name, value, what)
+        ->check(CLI::Range(least, greatest) & tools::is_number)
+        ->capture_default_str();
 }
 inline void add_common(CLI::App& app, common_options& o) {
     app.add_option("--output", o.output, "folder to write to")->capture_default_str();

@@ -4,6 +4,7 @@
 
 #include "files.hpp"
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <iostream>
@@ -45,6 +46,15 @@ template <class Run> int run_program(CLI::App& app, int count, char** arguments,
         return 2;
     }
 }
+
+// CLI::Range lets NaN pass.
+inline const CLI::Validator is_number(
+    [](std::string& text) {
+        double x = 0;
+        const bool is_nan = CLI::detail::lexical_cast(text, x) && std::isnan(x);
+        return is_nan ? "Value " + text + " is not a number" : std::string();
+    },
+    "");
 
 // Makes a folder. Throws std::runtime_error where it cannot.
 inline void make_folder(const std::string& name) {

@@ -455,6 +455,9 @@ template <class Place> result judge(const tally& t, const sampler_options& o, co
     return {true, message + "; an error of " + percent(visible) + " would be seen"};
 }
 
+// Where it is 0, or as good as 0, everything passes.
+inline bool is_false_alarm(double x) { return is_number(x) && x >= 1e-100 && x < 1; }
+
 // Why options let nothing be decided; empty if they are all right.
 inline std::string fault_of(const sampler_options& o) {
     const double bins = o.bins, samples = o.samples, least = least_expected * bins * bins;
@@ -463,8 +466,8 @@ inline std::string fault_of(const sampler_options& o) {
     if (samples < least || o.samples < 1)
         return text(samples) + " samples are too few for " + text(bins) + " x " + text(bins) +
                " bins, which need " + text(least) + " and more";
-    if (!is_number(o.false_alarm) || !(o.false_alarm > 0 && o.false_alarm < 1))
-        return "false_alarm is " + text(o.false_alarm) + ", not between 0 and 1";
+    if (!is_false_alarm(o.false_alarm))
+        return "false_alarm is " + text(o.false_alarm) + ", not from 1e-100 to below 1";
     if (!is_number(o.visible_error) || !(o.visible_error > 0))
         return "visible_error is " + text(o.visible_error) + ", not a positive number";
     if (!is_number(o.support) || !(o.support >= 0))
@@ -658,8 +661,9 @@ inline result estimates_agree(const std::vector<named_estimate>& estimates, doub
         return detail::undecided("estimates cannot be compared:" + detail::list(too_few));
     if (pairs.empty())
         return detail::undecided("estimates cannot be compared: no two have the same path length");
-    if (!is_number(false_alarm) || !(false_alarm > 0 && false_alarm < 1))
-        return detail::undecided("false_alarm is " + detail::text(false_alarm) + ", not between 0 and 1");
+    if (!detail::is_false_alarm(false_alarm))
+        return detail::undecided("false_alarm is " + detail::text(false_alarm) +
+                                 ", not from 1e-100 to below 1");
 
     const double threshold = false_alarm / static_cast<double>(pairs.size());
     std::size_t dark = 0;
