@@ -21,7 +21,8 @@ void render(const std::string& name, const bpt::options& o) {
 } // namespace
 
 int main(int count, char** arguments) {
-    CLI::App app{"Reference bidirectional path tracer: renders small scenes as NAME.png and NAME.exr."};
+    CLI::App app{"Reference bidirectional path tracer: renders small scenes as NAME.png and NAME.exr.\n"
+                 "Exit status: 0, 2 bad input or output, 130 interrupted: the image is of the passes done."};
     bpt::options o;
     bpt::add_options(app, o);
     return bpt::run_program(app, o, count, arguments, [&] {
