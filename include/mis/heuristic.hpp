@@ -63,7 +63,7 @@ struct average_heuristic {
         return own / (own + others);
     }
     template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const {
-        return weight_of_first(*this, a, b);
+        return mis::weight_of_first(*this, a, b);
     }
 };
 
@@ -78,7 +78,7 @@ struct balance_heuristic {
         return own / (own + others);
     }
     template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const {
-        return weight_of_first(*this, a, b);
+        return mis::weight_of_first(*this, a, b);
     }
 };
 
@@ -104,7 +104,7 @@ template <class Beta = two> struct power_heuristic {
         return own / (own + others);
     }
     template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const {
-        return weight_of_first(*this, a, b);
+        return mis::weight_of_first(*this, a, b);
     }
 };
 
@@ -120,7 +120,7 @@ struct cutoff_heuristic {
         return detail::select(q < static_cast<T>(alpha) * largest, T(0), kept);
     }
     template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const {
-        return weight_of_first(*this, a, b);
+        return mis::weight_of_first(*this, a, b);
     }
 };
 
@@ -137,7 +137,7 @@ struct maximum_heuristic {
         return detail::select(own < others || !(own > T(0)), T(0), unless_less);
     }
     template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const {
-        return weight_of_first(*this, a, b);
+        return mis::weight_of_first(*this, a, b);
     }
 };
 
@@ -201,22 +201,22 @@ MIS_HOST_DEVICE constexpr void weights(const Heuristic& heuristic, const T* dens
 // The same for arrays and for anything contiguous with data() and size(): std::array, std::vector, std::span.
 template <class Heuristic, class T, std::size_t N>
 MIS_HOST_DEVICE constexpr T weight(const Heuristic& heuristic, const T (&densities)[N], int i) {
-    return weight(heuristic, &densities[0], static_cast<int>(N), i);
+    return mis::weight(heuristic, &densities[0], static_cast<int>(N), i);
 }
 template <class Heuristic, class T, std::size_t N>
 MIS_HOST_DEVICE constexpr void weights(const Heuristic& heuristic, const T (&densities)[N], T (&out)[N]) {
-    weights(heuristic, &densities[0], static_cast<int>(N), &out[0]);
+    mis::weights(heuristic, &densities[0], static_cast<int>(N), &out[0]);
 }
 template <class Heuristic, class Range>
 constexpr auto weight(const Heuristic& heuristic, const Range& densities, int i)
     -> std::decay_t<decltype(*densities.data())> {
-    return weight(heuristic, densities.data(), static_cast<int>(densities.size()), i);
+    return mis::weight(heuristic, densities.data(), static_cast<int>(densities.size()), i);
 }
 template <class Heuristic, class Range, class Out>
 constexpr auto weights(const Heuristic& heuristic, const Range& densities, Out&& out)
     -> decltype(densities.data(), void(out.data())) {
     assert(out.size() >= densities.size());
-    weights(heuristic, densities.data(), static_cast<int>(densities.size()), out.data());
+    mis::weights(heuristic, densities.data(), static_cast<int>(densities.size()), out.data());
 }
 
 } // namespace mis
