@@ -12,10 +12,10 @@
 // on the units of f or of the densities.
 //
 // What counts as dependent: an eigenvalue of the matrix, scaled to a diagonal of 1, that is not above
-// detail::noise, (8 m + N / 2) epsilon for N draws: as much as all roundings can add up to. Rounding cannot tell
-// it from 0, and it is taken for 0. What that costs: if f has the part c v . p along the direction v of such
-// an eigenvalue lambda, |v| = 1, that part is estimated by balance, with a relative standard error of
-// c sqrt(lambda / N) < 1e-8 c, which `variance` contains.
+// detail::noise, (8 m + N / 2) epsilon for N draws: as much as all roundings can add up to. Rounding cannot
+// tell it from 0, and it is taken for 0. What that costs: if f has the part c v . p along the direction v of
+// such an eigenvalue lambda, |v| = 1, that part is estimated by balance, with a relative standard error of c
+// sqrt(lambda / N) < 1e-8 c, which `variance` contains.
 //
 // Input that is no number: where an f / D is NaN or infinite, or the sum of f / D is not in the range of the
 // type, the integral of that channel is NaN or infinite, and its variance infinite. Weights that are no
@@ -143,7 +143,7 @@ bool factorize(const estimator<M, Channels, T>& e, const Counts& counts, factors
         for (j = 0; j < i; ++j) {
             const W x = row[j] * inverse[j];
             left -= x * row[j];
-            reached += mis::detail::absolute(x) * reach[j];
+            reached += std::abs(x) * reach[j];
             row[j] = x;
         }
         if (!(left > W(regular) * reached * reached))
