@@ -181,7 +181,8 @@ MIS_DETAIL_INLINE void copy(const Value& f_over_d, const Weights& balance_weight
 // Plain data. The sum of two estimators is the estimator of both their samples: tiles, threads and ranks may
 // be merged in any order. More passes need no normalization, they leave alpha what it is.
 template <int M, int Channels = 3, class T = double> struct alignas(16) estimator {
-    static_assert((M >= 1 || M == dynamic) && Channels >= 1);
+    static_assert(M >= 1 || M == dynamic, "mis: an estimator of no techniques");
+    static_assert(Channels >= 1, "mis: an estimator of no channels");
     static_assert(!std::is_integral_v<T>,
                   "mis: estimates are real numbers: write estimator<M, Channels, float>");
     using number = mis::detail::wide_t<T>;
@@ -450,9 +451,10 @@ MIS_HOST_DEVICE progressive<M, Channels, T> fork(const progressive<M, Channels, 
 //   alpha      coefficients of the channel, [k];
 //   f          contribution of the channel at the sample;
 //   counts     n_k, [k], and densities n_k p_k, [k], of all `count` techniques, absolute.
-// Undefined where f = 0 or where a density is infinite: there, those of the balance heuristic. (With f = 0
-// the products w_i f are not 0: the estimate has to be made from add, not from weights.) All 0 where all
-// densities are. alpha_k p_k must not overflow. `out` may be `densities`.
+// Undefined where f is 0, infinite or NaN, or where a density is infinite: there, those of the balance
+// heuristic. (With f = 0 the products w_i f are not 0: the estimate has to be made from add, not from
+// weights.) All 0 where all densities are. alpha_k p_k must not overflow; a weight beyond the range of T, for
+// a very small f, is infinite. `out` may be `densities`.
 template <class Alpha, class T, class Counts, class Densities, class Out>
 MIS_HOST_DEVICE void weights(const Alpha& alpha, T f, const Counts& counts, const Densities& densities,
                              int count, Out&& out) {
@@ -460,9 +462,12 @@ MIS_HOST_DEVICE void weights(const Alpha& alpha, T f, const Counts& counts, cons
     using W = mis::detail::wide_t<T>;
     const balance_heuristic balance{};
     W largest = W(0), total = W(0), sum = W(0);
-    for (int k = 0; k < count; ++k)
+    for (int k = 0; k < count; ++k) {
+        mis::detail::assert_density(detail::at(densities, k));
         largest = mis::detail::larger(largest, static_cast<W>(detail::at(densities, k)));
-    const bool optimal = (f > T(0) || f < T(0)) && !mis::detail::is_infinite(largest);
+    }
+    const bool optimal = (f > T(0) || f < T(0)) && !mis::detail::is_infinite(mis::detail::absolute(f)) &&
+                         !mis::detail::is_infinite(largest);
     const auto controlled = [&](int k) { // alpha_k p_k
         const W n = static_cast<W>(detail::at(counts, k));
         return optimal && n > W(0)

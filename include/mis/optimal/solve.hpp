@@ -4,7 +4,8 @@
 // Needs Eigen (3.4), which must be in the include path: mis::mis does not bring it. Runs on the host.
 //
 // In all of it `counts` are the numbers of samples n_i a pass, real numbers: anything with [i]. They must be
-// those of the densities n_i p_i that were added.
+// those of the densities n_i p_i that were added. Negative and NaN ones are asserted in debug builds, and 0
+// in others; with an infinite one no estimate is a number.
 //
 // alpha is the solution of A alpha = b of minimum norm, all techniques' alpha_i measured in the units of F:
 // where techniques are linearly dependent they share, and the estimate is the one without the superfluous
@@ -84,6 +85,7 @@ template <int M, int Channels, class T, class W> void copy_lower(const estimator
 // Whether a technique takes part: not if its count is 0, or if all its weights were 0 or so small that their
 // squares are not accurate.
 template <class W, class N> bool takes_part(W diagonal, N count) {
+    mis::detail::assert_density(count);
     return count > N(0) && diagonal > std::numeric_limits<W>::min() / std::numeric_limits<W>::epsilon();
 }
 
@@ -441,7 +443,7 @@ std::array<T, static_cast<std::size_t>(Channels)> variance(const estimator<M, Ch
         });
     const W count = draws(e), free = count - static_cast<W>(rank), passes = count / per_pass;
     const W weights_square = mis::detail::larger(spread * passes * passes / count, W(1));
-    const bool enough = free > W(0.5) && per_pass > W(0) && detail::is_number(count);
+    const bool enough = free > W(0.5) && passes > W(0) && detail::is_number(passes);
     std::array<T, static_cast<std::size_t>(Channels)> result;
     for (int c = 0; c < Channels; ++c) {
         const bool no_sample = !(count > W(0)) && !(e.squares[c] > W(0)) && detail::is_number(count);
