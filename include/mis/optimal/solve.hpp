@@ -452,8 +452,8 @@ std::array<T, static_cast<std::size_t>(Channels)> variance(const estimator<M, Ch
             estimate = W(0);
         } else if (enough && detail::is_number(e.squares[c]) && detail::is_number(residual[c])) {
             const W deviation = weights_square * (count / free) / passes;
-            estimate = mis::detail::larger(residual[c], detail::noise(m, count) * e.squares[c]) * deviation *
-                       deviation;
+            const W squares = mis::detail::larger(residual[c], detail::noise(m, count) * e.squares[c]);
+            estimate = squares > W(0) ? squares * deviation * deviation : W(0); // never 0 times infinity
         }
         result[static_cast<std::size_t>(c)] = static_cast<T>(estimate);
     }
