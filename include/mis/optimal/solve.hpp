@@ -14,9 +14,10 @@
 //
 // What counts as dependent: an eigenvalue of the matrix, scaled to a diagonal of 1, that is not above
 // detail::noise, (8 m + N / 2) epsilon for N draws: as much as all roundings can add up to. Rounding cannot
-// tell it from 0, and it is taken for 0. What that costs: if f has the part c v . p along the direction v of
-// such an eigenvalue lambda, |v| = 1, that part is estimated by balance, with a relative standard error of c
-// sqrt(lambda / N) < 1e-8 c, which `variance` contains.
+// tell it from 0, and it is taken for 0, unless F hardly changes along its eigenvector but does change, as
+// with a density that is nearly a mixture of others (detail::general_factors). What taking it for 0 costs: if
+// f has the part c v . p along the direction v, |v| = 1, of such an eigenvalue lambda, that part is estimated
+// by balance, with a relative standard error of c sqrt(lambda / N) < 1e-8 c, which `variance` contains.
 //
 // Input that is no number: where an f / D is NaN or infinite, or the sum of f / D is not in the range of the
 // type, the integral of that channel is NaN or infinite, and its variance infinite. Weights that are no
@@ -416,7 +417,7 @@ coefficients(const estimator<M, Channels, T>& e, const Counts& counts) {
 // u, whose mean square is L: the further the samples' mean of u is from the known n_i / sum n_k, the larger;
 // once because residuals are so weighted, and once more because they are largest where weights are.
 //
-// The estimate's mean over the variance that it estimates was 0.9 to 1.4 from 4 passes on in well-posed
+// The estimate's mean over the variance that it estimates was 0.98 to 1.3 from 4 passes on in well-posed
 // cases, and is above 1 more often than below; it can be much less than the variance while some alpha is
 // determined by few samples: docs/optimal.md has a table. Q is never taken to be less than what rounding
 // hides, noise sum (f / D)^2. 0 without any sample; infinite as long as N does not exceed the rank, if
