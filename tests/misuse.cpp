@@ -1,6 +1,7 @@
 // Misuse that must not compile, one a line; MISUSE is the line's number. misuse.cmake compiles each and looks
 // for the message beside it, and the rest, which is right, without any.
 #include <mis/mis.hpp>
+#include <mis/optimal/estimator.hpp>
 
 int main() {
     const int pixels = 1024;
@@ -51,6 +52,17 @@ int main() {
     mis::densities_from_throughputs(counts, throughputs, 2, out);
 #elif CASE(13) // pdf_forward<double>.*pdf_forward<float>
     state = weigh.scatter(state, mis::cosine{p}, mis::pdf_forward{1.0}, mis::pdf_reverse{q});
+#elif CASE(14) // real numbers: write float(pixels), 3.f, not 3
+    const int f = 3;
+    float out[2];
+    const float numbers[] = {1, 2};
+    mis::optimal::weights(numbers, f, numbers, numbers, 2, out);
+#elif CASE(15) // real numbers: write estimator<M, Channels, float>
+    mis::optimal::estimator<2, 3, int> sums;
+    w += float(sums.size());
+#elif CASE(16) // no techniques
+    mis::optimal::estimator<0> sums;
+    w += float(sums.size());
 #endif
     // clang-format on
     return w > 0 ? 0 : 1;
