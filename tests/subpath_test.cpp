@@ -527,14 +527,16 @@ template <class T> random_path<T> in_larger_units(random_path<T> path, int expon
 
 TEST_CASE("weights do not depend on the unit of length: counts for the scene's size") {
     // Power 2 in float is the narrowest. Whoever says how large the scene is gets the unscaled path's weights
-    // whether it is in micrometres or in thousands of kilometres; who does not, from 1e-4 to 1e4 or so.
+    // whether it is in micrometres or in thousands of kilometres; who does not, from 1e-5 to 1e2 of what the
+    // densities are.
     generator g(81);
-    double with_size = 0, without = 0;
+    double with_size = 0, without_within = 0, without_beyond = 0;
     for (int sample = 0; sample < 4'000; ++sample) {
         auto path = make_path<float>(g, g.integer(2, 6), {2, 2, 1e-1, 0});
         path.counts.direct = 0;
         const int n = path.size();
-        for (const int exponent : {-20, -13, 13, 20}) { // 2^20 is 1e6
+        for (const int exponent : {-20, -17, -13, 7, 13, 20}) { // 2^20 is 1e6
+            double& without = exponent >= -17 && exponent <= 7 ? without_within : without_beyond;
             const auto larger = in_larger_units(path, exponent);
             const auto counts = mis::for_scene_of_size(larger.counts, std::ldexp(1.f, exponent));
             for (int k = 0; k < mis::technique_count(n); ++k) {
@@ -548,10 +550,13 @@ TEST_CASE("weights do not depend on the unit of length: counts for the scene's s
             }
         }
     }
-    std::printf("scenes of 1e-6 to 1e6: weights differ by %.2g; where the size is not told, by %.2g\n",
-                with_size, without);
+    std::printf("scenes of 1e-6 to 1e6: weights differ by %.2g; where the size is not told, by %.2g from "
+                "1e-5 to 1e2, "
+                "beyond by %.2g\n",
+                with_size, without_within, without_beyond);
     CHECK(with_size <= 1e-9);
-    CHECK(without > 0.1);
+    CHECK(without_within <= 1e-6);
+    CHECK(without_beyond > 0.1);
 }
 
 TEST_CASE_TEMPLATE("step is scatter and arrive", T, float, double) {

@@ -19,11 +19,13 @@
 // where c is the count of the technique that joins x_{i-1} and x_i, and m_i the merge term of x_i. At a
 // Dirac vertex m_i and both its joins are missing.
 //
-// The state saturates at a sixteenth of the largest number, which keeps everything branch-free and without
-// NaN. A weight is right as long as no state saturates or underflows: in float with power 2, while the
-// densities of any two techniques are less than about 1e18 apart. path.hpp has no such limit. Under
-// -ffast-math, keep densities between 1e-8 and 1e8 in float, 1e-60 and 1e60 in double: the compiler may
-// regroup products beyond the scalar's range.
+// Weights are in [0, 1], and never NaN, whatever the numbers are. They are right as long as no state
+// saturates (at a sixteenth of the largest number) or underflows: in float with power 2, while the densities
+// of any two techniques are less than about 1e18 apart and the scene is about 1e-4 to 1e4 in size; for other
+// sizes see for_scene_of_size, which serves from 1e-6 to 1e6. path.hpp has no such limit. Under -ffast-math
+// keep densities between 1e-8 and 1e8 in float, 1e-60 and 1e60 in double: the compiler may regroup products
+// beyond the scalar's range; and weights cost a few instructions more, because NaN then has to be told by its
+// bits.
 //
 // Sub-path caps cannot be expressed here: cap the path's total length instead, which changes no weight.
 #pragma once
@@ -79,7 +81,7 @@ template <class T> struct subpath_end {
 };
 
 // What a renderer knows of its techniques when it is compiled. This is nothing; what is known takes
-// instructions away (docs/performance.md says how many).
+// instructions away (docs/recursion.md says how many).
 struct any_techniques {
     // The connection's count is positive, and a path of two vertices is not weighed here: neither a light
     // that is hit by the camera walk's first edge (its weight is 1) nor `direct`.

@@ -135,7 +135,7 @@ MIS_HOST_DEVICE bool weigh_extreme(const F& f, const Densities& densities, int m
 
 // Where reciprocals are normal numbers, with room for rounding.
 template <class W> struct reciprocal {
-    static constexpr W largest = std::numeric_limits<W>::max() * std::numeric_limits<W>::epsilon();
+    static constexpr W largest = (std::numeric_limits<W>::max)() * std::numeric_limits<W>::epsilon();
     static constexpr W least = W(1) / largest;
 };
 

@@ -87,7 +87,7 @@ template <int M, int Channels, class T, class W> void copy_lower(const estimator
 // squares are not accurate.
 template <class W, class N> bool takes_part(W diagonal, N count) {
     mis::detail::assert_density(count);
-    return count > N(0) && diagonal > std::numeric_limits<W>::min() / std::numeric_limits<W>::epsilon();
+    return count > N(0) && diagonal > (std::numeric_limits<W>::min)() / std::numeric_limits<W>::epsilon();
 }
 
 // The matrix as L D L^T.

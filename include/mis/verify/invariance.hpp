@@ -230,7 +230,7 @@ result scale_invariance(Weight&& weight_of, const technique_counts<T>& counts, c
     const std::string change = "a scene " + detail::text(static_cast<double>(k)) + " times as large";
     if (!detail::is_a_change(static_cast<double>(k)))
         return detail::undecided(change + " is none to compare with");
-    const auto other = scaled(counts, path, std::max(n, 0), k);
+    const auto other = scaled(counts, path, (std::max)(n, 0), k);
     return detail::unchanged(change,
                              detail::changes_of(weight_of, counts, path, n, other, detail::same_technique),
                              tolerance, static_cast<double>(k));
@@ -242,7 +242,7 @@ template <class T, class Vertex, class Weight>
 result swap_invariance(Weight&& weight_of, const technique_counts<T>& counts, const Vertex* path, int n,
                        double tolerance = default_tolerance<T>) {
     const auto image = [n](technique t) { return swapped(t, n); };
-    const auto other = swapped(counts, path, std::max(n, 0));
+    const auto other = swapped(counts, path, (std::max)(n, 0));
     return detail::unchanged("exchanging camera and light",
                              detail::changes_of(weight_of, counts, path, n, other, image), tolerance);
 }
@@ -254,7 +254,7 @@ result count_invariance(Weight&& weight_of, const technique_counts<T>& counts, c
     const std::string change = "all counts times " + detail::text(static_cast<double>(factor));
     if (!detail::is_a_change(static_cast<double>(factor)))
         return detail::undecided(change + " are none to compare with");
-    const weighed_path<Vertex> other{mis::scaled(counts, factor), {path, path + std::max(n, 0)}};
+    const weighed_path<Vertex> other{mis::scaled(counts, factor), {path, path + (std::max)(n, 0)}};
     return detail::unchanged(change,
                              detail::changes_of(weight_of, counts, path, n, other, detail::same_technique),
                              tolerance, static_cast<double>(factor));

@@ -22,7 +22,7 @@ inline double upper_gamma(double a, double x) {
         double term = 1 / a, sum = term;
         for (int k = 1; k < 100'000 && term > sum * 1e-17; ++k)
             sum += term *= x / (a + k);
-        return std::max(0.0, 1 - front * sum);
+        return (std::max)(0.0, 1 - front * sum);
     }
     double b = x + 1 - a, c = 1e300, d = 1 / b, h = d;
     for (int k = 1; k < 100'000; ++k) {
@@ -151,7 +151,7 @@ template <class F> double integrate(F& f, const cell& c, double coarse, const qu
     double parts[4], fine = 0;
     for (int k = 0; k < 4; ++k)
         fine += parts[k] = two_point_gauss(f, c.quarter(k));
-    const bool settled = std::fabs(fine - coarse) <= std::max(q.absolute, 1e-4 * std::fabs(fine));
+    const bool settled = std::fabs(fine - coarse) <= (std::max)(q.absolute, 1e-4 * std::fabs(fine));
     if (depth + 1 >= q.at_most || (settled && depth + 1 >= q.least))
         return fine;
     fine = 0;
@@ -245,7 +245,7 @@ inline std::vector<bin> pooled(const std::vector<bin>& bins, double least) {
 }
 
 inline double deviation(const bin& b) {
-    return (b.observed - b.expected) / std::sqrt(std::max(b.expected, 1e-300));
+    return (b.observed - b.expected) / std::sqrt((std::max)(b.expected, 1e-300));
 }
 
 struct chi_squared_test {
@@ -310,7 +310,7 @@ template <class Pdf> void make_bins(watched_density<Pdf>& density, const sampler
     const quadrature rule{1e-3 / o.samples, o.refinement, o.refinement + 7};
     auto capped_part = [&](point at) {
         const double p = density(at);
-        return p > 0 ? std::max(0.0, 1 - t.inverse.cap * p) : 0.0;
+        return p > 0 ? (std::max)(0.0, 1 - t.inverse.cap * p) : 0.0;
     };
     const double size = 1.0 / o.bins;
     for (int k = 0; k < o.bins * o.bins; ++k) {
@@ -331,7 +331,7 @@ template <class Pdf> void make_bins(watched_density<Pdf>& density, const sampler
 }
 
 inline std::size_t bin_of(const std::vector<bin_node>& nodes, int grid, point p) {
-    const auto along = [&](double x) { return std::min(static_cast<int>(x * grid), grid - 1); };
+    const auto along = [&](double x) { return (std::min)(static_cast<int>(x * grid), grid - 1); };
     auto k = static_cast<std::size_t>(along(p.y) * grid + along(p.x));
     while (nodes[k].halves >= 0) {
         const point middle = nodes[k].where.middle();
@@ -375,9 +375,9 @@ struct support_test {
 inline support_test compare_support(const tally& t, double samples, double false_alarm) {
     const double mean = t.inverse.sum / samples, log = std::log(4 / false_alarm);
     const double variance =
-        std::max(0.0, t.inverse.sum_of_squares - samples * mean * mean) / std::max(1.0, samples - 1);
-    const double by_chance =
-        std::sqrt(2 * variance * log / samples) + 7 * t.inverse.cap * log / (3 * std::max(1.0, samples - 1));
+        (std::max)(0.0, t.inverse.sum_of_squares - samples * mean * mean) / (std::max)(1.0, samples - 1);
+    const double by_chance = std::sqrt(2 * variance * log / samples) +
+                             7 * t.inverse.cap * log / (3 * (std::max)(1.0, samples - 1));
     return {mean + t.beyond_cap - t.support, by_chance + quadrature_error * t.support};
 }
 
@@ -404,8 +404,8 @@ inline double visible_error(const std::vector<bin>& bins, double degrees, double
 // their own.
 template <class Place> result judge(const tally& t, const sampler_options& o, const domain<Place>& where) {
     const double samples = o.samples;
-    const double expected_lost = std::max(0.0, 1 - t.mass) * samples;
-    const bool lost_is_a_bin = expected_lost >= std::max(least_expected, 10 * quadrature_error * samples);
+    const double expected_lost = (std::max)(0.0, 1 - t.mass) * samples;
+    const bool lost_is_a_bin = expected_lost >= (std::max)(least_expected, 10 * quadrature_error * samples);
     const double total = lost_is_a_bin ? samples : (samples - t.lost) / t.mass;
     const int tests = 1 + (lost_is_a_bin ? 0 : 1) + (o.support > 0 ? 1 : 0);
     const double threshold = o.false_alarm / tests;
@@ -449,7 +449,7 @@ template <class Place> result judge(const tally& t, const sampler_options& o, co
         const double times = visible / o.visible_error, enough = 1.1 * samples * times * times;
         return undecided(message + "; an error of " + percent(visible) + " could be missed. To see " +
                          percent(o.visible_error) + ", take " +
-                         std::to_string(static_cast<long long>(std::min(enough, 1e18))) +
+                         std::to_string(static_cast<long long>((std::min)(enough, 1e18))) +
                          " samples, or fewer bins");
     }
     return {true, message + "; an error of " + percent(visible) + " would be seen"};
@@ -540,7 +540,7 @@ result direction_sampler(Sample&& sample, Pdf&& pdf, const sampler_options& opti
     const double sphere = 4 * detail::pi;
     const auto direction = [](point at) {
         const double z = 1 - 2 * at.x, azimuth = 2 * detail::pi * at.y;
-        const double sine = std::sqrt(std::max(0.0, 1 - z * z));
+        const double sine = std::sqrt((std::max)(0.0, 1 - z * z));
         return Vec{static_cast<T>(sine * std::cos(azimuth)), static_cast<T>(sine * std::sin(azimuth)),
                    static_cast<T>(z)};
     };
@@ -554,7 +554,7 @@ result direction_sampler(Sample&& sample, Pdf&& pdf, const sampler_options& opti
         if (!is_number(length2) || std::fabs(length2 - 1) > 1e-3)
             return point{-1, -1};
         const double turn = std::atan2(y, x) / (2 * detail::pi);
-        return point{std::min(1.0, std::max(0.0, (1 - z) / 2)), turn < 0 ? turn + 1 : turn};
+        return point{(std::min)(1.0, (std::max)(0.0, (1 - z) / 2)), turn < 0 ? turn + 1 : turn};
     };
     const auto density = [&](point at) { return sphere * static_cast<double>(pdf(direction(at))); };
     const auto place = [&](point at) {
@@ -588,7 +588,7 @@ inline double variance_of_mean(const running_mean& m) {
     if (m.count < 2)
         return 0;
     const double spread = m.sum_of_squares - m.sum * m.sum / m.count;
-    return std::max(0.0, spread) / ((m.count - 1) * m.count);
+    return (std::max)(0.0, spread) / ((m.count - 1) * m.count);
 }
 
 namespace detail {
@@ -614,7 +614,7 @@ inline mean_test test_of(const running_mean& a, const running_mean& b) {
     test.t = (mean(a) - mean(b)) / test.error;
     const double fewest = !(variance_a > 0)   ? b.count
                           : !(variance_b > 0) ? a.count
-                                              : std::min(a.count, b.count);
+                                              : (std::min)(a.count, b.count);
     test.degrees = fewest - 1;
     return test;
 }
@@ -668,7 +668,7 @@ inline result estimates_agree(const std::vector<named_estimate>& estimates, doub
     const double threshold = false_alarm / static_cast<double>(pairs.size());
     std::size_t dark = 0;
     for (const auto& [a, b] : pairs) {
-        const double larger = std::max(std::fabs(mean(a->value)), std::fabs(mean(b->value)));
+        const double larger = (std::max)(std::fabs(mean(a->value)), std::fabs(mean(b->value)));
         const double difference = std::fabs(mean(a->value) - mean(b->value));
         const detail::mean_test test = detail::test_of(a->value, b->value);
         const std::string names = "path length " + std::to_string(a->path_length) + ": ";

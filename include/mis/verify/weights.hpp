@@ -102,7 +102,7 @@ template <class Vertex> std::string describe_vertex(const Vertex* path, int i) {
 // One line each, indented; what is beyond the longest list is counted.
 inline std::string list(const std::vector<std::string>& lines) {
     std::string all;
-    for (std::size_t i = 0; i < std::min(lines.size(), longest_list); ++i)
+    for (std::size_t i = 0; i < (std::min)(lines.size(), longest_list); ++i)
         all += "\n  " + lines[i];
     if (lines.size() > longest_list)
         all += "\n  and " + std::to_string(lines.size() - longest_list) + " more";
@@ -111,7 +111,7 @@ inline std::string list(const std::vector<std::string>& lines) {
 
 inline bool agree(double a, double b, double tolerance) {
     const double difference = std::fabs(a - b);
-    return difference <= tolerance * std::max(std::fabs(a), std::fabs(b));
+    return difference <= tolerance * (std::max)(std::fabs(a), std::fabs(b));
 }
 
 // Weights below 1e-30 are as good as 0; those that are subnormal in float have lost their precision.
@@ -302,7 +302,7 @@ template <class T, class Vertex>
 std::vector<named_number> quantities_between(const technique_counts<T>& counts, const Vertex* path, int n,
                                              int first, int last, technique a, technique b) {
     std::vector<named_number> quantities;
-    for (int i = std::max(first, 0); i <= std::min(last, n - 1); ++i) {
+    for (int i = (std::max)(first, 0); i <= (std::min)(last, n - 1); ++i) {
         add_geometry(quantities, path, n, i);
         const auto p = area_densities(path, n, i);
         add_ratio(quantities, "P->", static_cast<double>(p.density_from_camera), "P<-",
