@@ -12,6 +12,8 @@ int main() {
     state = weigh.arrive(state, mis::squared_distance{d * d}, mis::cosine{p});
     state = weigh.scatter(state, mis::cosine{p}, mis::pdf_forward{p}, mis::pdf_reverse{q});
     const mis::subpath_end<float> end{state, mis::cosine{p}, mis::pdf_forward{p}, mis::pdf_reverse{q}};
+    state = weigh.step(state, mis::cosine_out{p}, mis::pdf_forward{p}, mis::pdf_reverse{q},
+                       mis::squared_distance{d * d}, mis::cosine_in{p});
     float w =
         weigh.connection(end, end, mis::squared_distance{d * d}) + tracing.light_hit + next_event.next_event;
 
@@ -63,6 +65,15 @@ int main() {
 #elif CASE(16) // no techniques
     mis::optimal::estimator<0> sums;
     w += float(sums.size());
+#elif CASE(17) // cosine_in<float>.*cosine_out<float>
+    state = weigh.step(state, mis::cosine_in{p}, mis::pdf_forward{p}, mis::pdf_reverse{q},
+                       mis::squared_distance{d}, mis::cosine_out{p});
+#elif CASE(18) // this scalar has no limits: specialize std::numeric_limits for it
+    struct unlimited { float x; };
+    w += mis::detail::saturate(unlimited{1}).x;
+#elif CASE(19) // the cutoff heuristic needs all densities at once: weigh complete paths, mis::weight()
+    const mis::path_weights complete{mis::cutoff, mis::bidirectional(float(pixels)), mis::connected_surfaces{}};
+    w += complete.counts.connection;
 #endif
     // clang-format on
     return w > 0 ? 0 : 1;

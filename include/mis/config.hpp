@@ -53,6 +53,8 @@ template <class T> MIS_HOST_DEVICE constexpr bool is_infinite(T a) { return a > 
 
 // Limits as constants, because device code may not call the functions of std::numeric_limits.
 template <class T> struct limits {
+    static_assert(std::numeric_limits<T>::is_specialized,
+                  "mis: this scalar has no limits: specialize std::numeric_limits for it");
     static constexpr T largest = (std::numeric_limits<T>::max)();
     static constexpr T least_normal = (std::numeric_limits<T>::min)();
 #ifdef __FAST_MATH__ // where subnormal numbers count as 0

@@ -27,6 +27,24 @@ namespace mis {
 // loops.
 enum class heuristic_kind : unsigned char { average, balance, power, cutoff, maximum };
 
+struct balance_heuristic;
+template <class Beta> struct power_heuristic;
+struct two;
+
+namespace detail {
+
+// Whether the heuristic's powers of numbers of T, and sums of as many as there are, surely are numbers of the
+// type in which they are weighed: of floats at most their squares. Then nothing has to be scaled.
+template <class Heuristic, class T> constexpr bool needs_no_scale = false;
+template <> inline constexpr bool needs_no_scale<balance_heuristic, float> = true;
+template <> inline constexpr bool needs_no_scale<power_heuristic<two>, float> = true;
+
+// q as the type in which it is weighed, with a number that beats all others, and whose square is one, for
+// infinity.
+MIS_HOST_DEVICE constexpr double finite_density(float q) { return smaller(static_cast<double>(q), 1e150); }
+
+} // namespace detail
+
 // Weight of the first of two techniques with effective densities a and b.
 template <class Heuristic, class T>
 MIS_HOST_DEVICE constexpr T weight_of_first(const Heuristic& heuristic, T a, T b) {
@@ -34,12 +52,18 @@ MIS_HOST_DEVICE constexpr T weight_of_first(const Heuristic& heuristic, T a, T b
     detail::assert_density(a);
     detail::assert_density(b);
     using W = detail::wide_t<T>;
-    const W low = static_cast<W>(detail::smaller(a, b));
-    const W high = static_cast<W>(detail::larger(a, b));
-    const W share = heuristic.share(low, high);
-    const W weight_of_low = share / (W(1) + share);
-    const W weight = detail::select(a < b, weight_of_low, W(1) - weight_of_low);
-    return static_cast<T>(detail::select(a > T(0), weight, W(0)));
+    if constexpr (detail::needs_no_scale<Heuristic, T>) {
+        const W x = heuristic.times(W(1), detail::finite_density(a));
+        const W y = heuristic.times(W(1), detail::finite_density(b));
+        return static_cast<T>(detail::select(x > W(0), x / (x + y), W(0)));
+    } else {
+        const W low = static_cast<W>(detail::smaller(a, b));
+        const W high = static_cast<W>(detail::larger(a, b));
+        const W share = heuristic.share(low, high);
+        const W weight_of_low = share / (W(1) + share);
+        const W weight = detail::select(a < b, weight_of_low, W(1) - weight_of_low);
+        return static_cast<T>(detail::select(a > T(0), weight, W(0)));
+    }
 }
 
 // Every heuristic is a plain struct of three parts:
@@ -162,24 +186,35 @@ template <class T> struct normalizer {
 };
 
 template <class Heuristic, class T>
+MIS_HOST_DEVICE constexpr wide_t<T> share_of(const Heuristic& heuristic, T density, wide_t<T> largest) {
+    if constexpr (needs_no_scale<Heuristic, T>)
+        return heuristic.times(wide_t<T>(1), finite_density(density));
+    else
+        return heuristic.share(static_cast<wide_t<T>>(density), largest);
+}
+
+template <class Heuristic, class T>
 MIS_HOST_DEVICE constexpr normalizer<T> normalize(const Heuristic& heuristic, const T* densities, int count) {
     expect_real<T>();
     using W = wide_t<T>;
     normalizer<T> n{W(0), W(0)};
-    for (int i = 0; i < count; ++i) {
-        assert_density(densities[i]);
-        n.largest = larger(n.largest, static_cast<W>(densities[i]));
-    }
     for (int i = 0; i < count; ++i)
-        n.total += heuristic.share(static_cast<W>(densities[i]), n.largest);
+        assert_density(densities[i]);
+    if constexpr (!needs_no_scale<Heuristic, T>)
+        for (int i = 0; i < count; ++i)
+            n.largest = larger(n.largest, static_cast<W>(densities[i]));
+    for (int i = 0; i < count; ++i)
+        n.total += share_of(heuristic, densities[i], n.largest);
+    if (!needs_no_scale<Heuristic, T> && !(n.largest > W(0)))
+        n.total = W(0);
     return n;
 }
 
 template <class Heuristic, class T>
 MIS_HOST_DEVICE constexpr T normalized(const Heuristic& heuristic, const normalizer<T>& n, T density) {
     using W = wide_t<T>;
-    const W weight = heuristic.share(static_cast<W>(density), n.largest) / n.total;
-    return static_cast<T>(select(n.largest > W(0), weight, W(0)));
+    const W weight = share_of(heuristic, density, n.largest) / n.total;
+    return static_cast<T>(select(n.total > W(0), weight, W(0)));
 }
 
 } // namespace detail

@@ -22,9 +22,9 @@
 // Weights are in [0, 1], and never NaN, whatever the numbers are. They are right as long as no state
 // saturates (at a sixteenth of the largest number) or underflows: in float with power 2, while the densities
 // of any two techniques are less than about 1e18 apart and the scene is about 1e-5 to 1e2 in size; for other
-// sizes, from 1e-6 to 1e6, see for_scene_of_size. path.hpp has no such limit. Under -ffast-math keep densities
-// between 1e-8 and 1e8 in float, 1e-60 and 1e60 in double: the compiler may regroup products beyond the
-// scalar's range; and weights cost a few instructions more, because NaN then has to be told by its bits.
+// sizes, from 1e-6 to 1e6, see for_scene_of_size. path.hpp has no such limit. Under -ffast-math keep
+// densities between 1e-8 and 1e8 in float, 1e-60 and 1e60 in double: the compiler may regroup products beyond
+// the scalar's range; and weights cost a few instructions more, because NaN then has to be told by its bits.
 //
 // Sub-path caps cannot be expressed here: cap the path's total length instead, which changes no weight.
 #pragma once
