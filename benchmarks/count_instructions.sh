@@ -10,12 +10,6 @@ declare -A limits=([complete_path_areas]=2500 [complete_path]=2800) # for GCC 12
 declare -A about=(
     [power_by_hand]="two techniques, power 2, by hand (overflows in float)"
     [power]="two techniques, mis::power"
-    [update_three_numbers]="vertex update, three numbers, balance"
-    [update_balance]="vertex update, two numbers, balance"
-    [update_power]="vertex update, two numbers, power"
-    [connection_three_numbers]="connection weight, three numbers, balance"
-    [connection_balance]="connection weight, two numbers, balance"
-    [connection_power]="connection weight, two numbers, power"
     [connection_loop]="connection weight, loop over 4 + 4 vertices, balance"
     [complete_path_areas]="all 15 weights of a path of 8, area densities"
     [complete_path]="all 15 weights of a path of 8, measured geometry"

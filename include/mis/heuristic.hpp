@@ -43,9 +43,10 @@ MIS_HOST_DEVICE constexpr T weight_of_first(const Heuristic& heuristic, T a, T b
 }
 
 // Every heuristic is a plain struct of three parts:
-//   share(q, largest)      what technique q gets for each 1 that the largest density gets, in [0, 1];
-//   raise(x), join(x, y)   q^beta and the sum, as the recursion in subpath.hpp needs them (not cutoff's);
-//   against(own, others)   the weight of `own` once all other techniques have been joined into `others`;
+//   share(q, largest)        what technique q gets for each 1 that the largest density gets, in [0, 1];
+//   times(s, x), join(x, y)  s x^beta and the sum, as the recursion in subpath.hpp needs them (not cutoff's);
+//   against(own, others)     the weight of `own` once all other techniques have been joined into `others`;
+//                            NaN where both are 0 or infinite;
 // and of the call operator, the weight of the first of two techniques.
 
 // 1 / M for each of the M techniques with positive density.
@@ -54,15 +55,15 @@ struct average_heuristic {
         const bool possible = q > T(0) && !detail::is_infinite(largest);
         return detail::select(q < largest, detail::select(possible, T(1), T(0)), T(1));
     }
-    template <class T> MIS_HOST_DEVICE constexpr T raise(T x) const {
-        return detail::select(x > T(0), T(1), T(0));
+    template <class T> MIS_HOST_DEVICE constexpr T times(T s, T x) const {
+        return detail::select(x > T(0), s, T(0));
     }
     template <class T> MIS_HOST_DEVICE constexpr T join(T x, T y) const { return x + y; }
     template <class T> MIS_HOST_DEVICE constexpr T against(T own, T others) const {
-        return detail::select(own > T(0), own / (own + others), T(0));
+        return own / (own + others);
     }
     template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const {
-        return weight_of_first(*this, a, b);
+        return mis::weight_of_first(*this, a, b);
     }
 };
 
@@ -71,13 +72,13 @@ struct balance_heuristic {
     template <class T> MIS_HOST_DEVICE constexpr T share(T q, T largest) const {
         return detail::select(q < largest, q / largest, T(1));
     }
-    template <class T> MIS_HOST_DEVICE constexpr T raise(T x) const { return detail::saturate(x); }
+    template <class T> MIS_HOST_DEVICE constexpr T times(T s, T x) const { return s * x; }
     template <class T> MIS_HOST_DEVICE constexpr T join(T x, T y) const { return x + y; }
     template <class T> MIS_HOST_DEVICE constexpr T against(T own, T others) const {
-        return detail::select(own > T(0), own / (own + others), T(0));
+        return own / (own + others);
     }
     template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const {
-        return weight_of_first(*this, a, b);
+        return mis::weight_of_first(*this, a, b);
     }
 };
 
@@ -97,15 +98,13 @@ template <class Beta = two> struct power_heuristic {
     template <class T> MIS_HOST_DEVICE constexpr T share(T q, T largest) const {
         return to_the_beta(detail::select(q < largest, q / largest, T(1)));
     }
-    template <class T> MIS_HOST_DEVICE constexpr T raise(T x) const {
-        return detail::saturate(to_the_beta(x));
-    }
+    template <class T> MIS_HOST_DEVICE constexpr T times(T s, T x) const { return s * to_the_beta(x); }
     template <class T> MIS_HOST_DEVICE constexpr T join(T x, T y) const { return x + y; }
     template <class T> MIS_HOST_DEVICE constexpr T against(T own, T others) const {
-        return detail::select(own > T(0), own / (own + others), T(0));
+        return own / (own + others);
     }
     template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const {
-        return weight_of_first(*this, a, b);
+        return mis::weight_of_first(*this, a, b);
     }
 };
 
@@ -121,7 +120,7 @@ struct cutoff_heuristic {
         return detail::select(q < static_cast<T>(alpha) * largest, T(0), kept);
     }
     template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const {
-        return weight_of_first(*this, a, b);
+        return mis::weight_of_first(*this, a, b);
     }
 };
 
@@ -130,7 +129,7 @@ struct maximum_heuristic {
     template <class T> MIS_HOST_DEVICE constexpr T share(T q, T largest) const {
         return detail::select(q < largest, T(0), T(1));
     }
-    template <class T> MIS_HOST_DEVICE constexpr T raise(T x) const { return detail::saturate(x); }
+    template <class T> MIS_HOST_DEVICE constexpr T times(T s, T x) const { return s * x; }
     template <class T> MIS_HOST_DEVICE constexpr T join(T x, T y) const { return detail::larger(x, y); }
     // Counts a tie as one of two: the recursion does not know how many techniques tie. path.hpp does.
     template <class T> MIS_HOST_DEVICE constexpr T against(T own, T others) const {
@@ -138,7 +137,7 @@ struct maximum_heuristic {
         return detail::select(own < others || !(own > T(0)), T(0), unless_less);
     }
     template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const {
-        return weight_of_first(*this, a, b);
+        return mis::weight_of_first(*this, a, b);
     }
 };
 
@@ -202,22 +201,22 @@ MIS_HOST_DEVICE constexpr void weights(const Heuristic& heuristic, const T* dens
 // The same for arrays and for anything contiguous with data() and size(): std::array, std::vector, std::span.
 template <class Heuristic, class T, std::size_t N>
 MIS_HOST_DEVICE constexpr T weight(const Heuristic& heuristic, const T (&densities)[N], int i) {
-    return weight(heuristic, &densities[0], static_cast<int>(N), i);
+    return mis::weight(heuristic, &densities[0], static_cast<int>(N), i);
 }
 template <class Heuristic, class T, std::size_t N>
 MIS_HOST_DEVICE constexpr void weights(const Heuristic& heuristic, const T (&densities)[N], T (&out)[N]) {
-    weights(heuristic, &densities[0], static_cast<int>(N), &out[0]);
+    mis::weights(heuristic, &densities[0], static_cast<int>(N), &out[0]);
 }
 template <class Heuristic, class Range>
 constexpr auto weight(const Heuristic& heuristic, const Range& densities, int i)
     -> std::decay_t<decltype(*densities.data())> {
-    return weight(heuristic, densities.data(), static_cast<int>(densities.size()), i);
+    return mis::weight(heuristic, densities.data(), static_cast<int>(densities.size()), i);
 }
 template <class Heuristic, class Range, class Out>
 constexpr auto weights(const Heuristic& heuristic, const Range& densities, Out&& out)
     -> decltype(densities.data(), void(out.data())) {
     assert(out.size() >= densities.size());
-    weights(heuristic, densities.data(), static_cast<int>(densities.size()), out.data());
+    mis::weights(heuristic, densities.data(), static_cast<int>(densities.size()), out.data());
 }
 
 } // namespace mis

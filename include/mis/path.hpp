@@ -42,7 +42,7 @@ template <class Vec> MIS_HOST_DEVICE constexpr auto inner(const Vec& a, const Ve
 }
 
 template <class Vec>
-using scalar_of_t = std::decay_t<decltype(inner(std::declval<Vec>(), std::declval<Vec>()))>;
+using scalar_of_t = std::decay_t<decltype(detail::inner(std::declval<Vec>(), std::declval<Vec>()))>;
 
 } // namespace detail
 
@@ -115,7 +115,7 @@ MIS_HOST_DEVICE constexpr T edge_squared(const path_vertex<Vec, T>& a, const pat
     if (a.kind == vertex_kind::infinite_light || b.kind == vertex_kind::infinite_light)
         return T(1);
     const Vec edge = b.position - a.position;
-    return inner(edge, edge);
+    return detail::inner(edge, edge);
 }
 
 template <class Vec, class T>
@@ -124,10 +124,10 @@ MIS_HOST_DEVICE T cosine_towards(const path_vertex<Vec, T>& from, const path_ver
     if (from.kind == vertex_kind::medium || from.kind == vertex_kind::infinite_light)
         return T(1);
     if (to.kind == vertex_kind::infinite_light)
-        return absolute(inner(from.normal, to.normal));
+        return absolute(detail::inner(from.normal, to.normal));
     const Vec edge = to.position - from.position;
-    const T distance2 = inner(edge, edge);
-    return distance2 > T(0) ? absolute(inner(from.normal, edge)) / sqrt(distance2) : T(0);
+    const T distance2 = detail::inner(edge, edge);
+    return distance2 > T(0) ? absolute(detail::inner(from.normal, edge)) / sqrt(distance2) : T(0);
 }
 
 } // namespace detail
@@ -293,19 +293,19 @@ MIS_HOST_DEVICE inline path_product<T> without(path_product<T> p, path_density<T
 // P->_i and P<-_i, [J] 2: the sampling density at the neighbour, converted to area at x_i.
 template <class Vertex> MIS_HOST_DEVICE inline auto density_from_camera(const Vertex* path, int n, int i) {
     using result = path_density<typename Vertex::scalar>;
-    const auto x = measure(path, n, i);
+    const auto x = mis::measure(path, n, i);
     if (i == 0)
         return result{x.pdf_position};
-    const auto previous = measure(path, n, i - 1);
+    const auto previous = mis::measure(path, n, i - 1);
     return result{previous.pdf_to_light, x.cos_to_camera, x.pdf_distance_from_camera,
                   previous.distance2_to_light};
 }
 template <class Vertex> MIS_HOST_DEVICE inline auto density_from_light(const Vertex* path, int n, int i) {
     using result = path_density<typename Vertex::scalar>;
-    const auto x = measure(path, n, i);
+    const auto x = mis::measure(path, n, i);
     if (i == n - 1)
         return result{x.pdf_position};
-    return result{measure(path, n, i + 1).pdf_to_camera, x.cos_to_light, x.pdf_distance_from_light,
+    return result{mis::measure(path, n, i + 1).pdf_to_camera, x.cos_to_light, x.pdf_distance_from_light,
                   x.distance2_to_light};
 }
 template <class Vertex> MIS_HOST_DEVICE inline auto next_event_density(const Vertex* path, int i) {
@@ -349,7 +349,7 @@ MIS_HOST_DEVICE inline path_product<T> effective_density(const technique_counts<
     const technique t{kind, s};
     const T count = count_of(counts, kind);
     assert_density(count);
-    if (!(count > T(0)) || !is_possible(path, n, t) || !is_within_caps(counts, n, t))
+    if (!(count > T(0)) || !detail::is_possible(path, n, t) || !is_within_caps(counts, n, t))
         return {1, zero_exponent};
     return joined * path_density<T>{count, factor};
 }
@@ -367,27 +367,28 @@ MIS_HOST_DEVICE long long for_each_density(const technique_counts<T>& counts, co
     const int last = n - 1;
     long long taken = 0;
     path_product<T> joined{1, exponent};
-    visit(0, effective_density<kind::camera_hit>(counts, path, n, 0, joined));
-    joined = without(joined, density_from_light(path, n, 0), taken);
+    visit(0, detail::effective_density<kind::camera_hit>(counts, path, n, 0, joined));
+    joined = without(joined, detail::density_from_light(path, n, 0), taken);
     if (n > 2)
-        visit(1, effective_density<kind::camera_connection>(counts, path, n, 1,
-                                                            joined * next_event_density(path, 0)));
-    joined = joined * density_from_camera(path, n, 0);
+        visit(1, detail::effective_density<kind::camera_connection>(
+                     counts, path, n, 1, joined * detail::next_event_density(path, 0)));
+    joined = joined * detail::density_from_camera(path, n, 0);
     if (n == 2)
-        visit(1, effective_density<kind::direct>(counts, path, n, 1, joined));
+        visit(1, detail::effective_density<kind::direct>(counts, path, n, 1, joined));
     for (int s = 1; s < last; ++s) {
-        joined = joined * density_from_camera(path, n, s);
-        visit(n + s, effective_density<kind::merge>(counts, path, n, s + 1, joined, path[s].merge_factor));
-        joined = without(joined, density_from_light(path, n, s), taken);
+        joined = joined * detail::density_from_camera(path, n, s);
+        visit(n + s,
+              detail::effective_density<kind::merge>(counts, path, n, s + 1, joined, path[s].merge_factor));
+        joined = without(joined, detail::density_from_light(path, n, s), taken);
         if (s + 1 < last)
-            visit(s + 1, effective_density<kind::connection>(counts, path, n, s + 1, joined));
+            visit(s + 1, detail::effective_density<kind::connection>(counts, path, n, s + 1, joined));
     }
-    joined = without(joined, density_from_light(path, n, last), taken);
+    joined = without(joined, detail::density_from_light(path, n, last), taken);
     if (n > 2)
-        visit(last, effective_density<kind::next_event>(counts, path, n, last,
-                                                        joined * next_event_density(path, last)));
-    visit(n, effective_density<kind::light_hit>(counts, path, n, n,
-                                                joined * density_from_camera(path, n, last)));
+        visit(last, detail::effective_density<kind::next_event>(
+                        counts, path, n, last, joined * detail::next_event_density(path, last)));
+    visit(n, detail::effective_density<kind::light_hit>(counts, path, n, n,
+                                                        joined * detail::density_from_camera(path, n, last)));
     return taken;
 }
 
@@ -400,15 +401,16 @@ MIS_HOST_DEVICE void for_each_relative(const technique_counts<T>& counts, const 
     using W = wide_t<T>;
     path_product<T> largest{1, longest_path * zero_exponent};
     int place = 0; // by its place, because -ffast-math lets the second sweep round otherwise
-    const long long exponent = for_each_density(counts, path, n, 0, [&](int index, const path_product<T>& q) {
-        if (is_less(largest, q)) {
-            largest = q;
-            place = index;
-        }
-    });
+    const long long exponent =
+        detail::for_each_density(counts, path, n, 0, [&](int index, const path_product<T>& q) {
+            if (is_less(largest, q)) {
+                largest = q;
+                place = index;
+            }
+        });
     largest.exponent += exponent;
     const bool none = is_zero(largest);
-    for_each_density(counts, path, n, exponent, [&](int index, const path_product<T>& q) {
+    detail::for_each_density(counts, path, n, exponent, [&](int index, const path_product<T>& q) {
         visit(index, none ? W(0) : index == place ? W(1) : relative_to(largest, q));
     });
 }
@@ -431,10 +433,10 @@ MIS_HOST_DEVICE area_vertex<typename Vertex::scalar> area_densities(const Vertex
         return is_infinite(p) ? T(detail::limits<T>::infinity)
                               : static_cast<T>(ldexp(p.mantissa, static_cast<int>(p.exponent)));
     };
-    a.density_from_camera = number(product(detail::density_from_camera(path, n, i)));
-    a.density_from_light = number(product(detail::density_from_light(path, n, i)));
+    a.density_from_camera = number(detail::product(detail::density_from_camera(path, n, i)));
+    a.density_from_light = number(detail::product(detail::density_from_light(path, n, i)));
     if (i == 0 || i == n - 1)
-        a.next_event = number(product(detail::next_event_density(path, i)));
+        a.next_event = number(detail::product(detail::next_event_density(path, i)));
     return a;
 }
 

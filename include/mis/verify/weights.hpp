@@ -14,9 +14,13 @@
 
 namespace mis::verify {
 
+// What a check has found: it has passed, or it has failed, or it is undecided, because there was nothing to
+// check, or too little. Only what has passed converts to true, so that a test that compares nothing does not
+// pass; the message says what was lacking.
 struct result {
-    bool passed = true;
+    bool passed = false;
     std::string message;
+    bool undecided = false; // neither passed nor failed
     explicit operator bool() const { return passed; }
 };
 
@@ -76,6 +80,8 @@ constexpr double pi = 3.14159265358979323846;
 constexpr std::size_t longest_list = 8; // lines of one message
 
 inline bool is_infinite(double x) { return !is_number(x) && !is_nan(x); }
+
+inline result undecided(const std::string& why) { return {false, "undecided: " + why, true}; }
 
 inline std::string text(double x) {
     if (is_nan(x))
@@ -139,7 +145,7 @@ inline result check_unity(const std::string& whose, const std::vector<named_numb
     if (!faults.empty())
         return {false, whose + ":" + list(faults)};
     if (weights.empty())
-        return {true, whose + ": no technique can make it, nothing to sum"};
+        return undecided(whose + ": no technique can make it, nothing to sum");
     const std::string message = whose + " sum to " + text(sum);
     if (std::fabs(sum - 1) <= tolerance)
         return {true, message};
@@ -150,6 +156,8 @@ inline result check_unity(const std::string& whose, const std::vector<named_numb
 // Calls visit(technique) for every technique with a positive density.
 template <class T, class Vertex, class Visit>
 void for_each_possible(const technique_counts<T>& counts, const Vertex* path, int n, Visit&& visit) {
+    if (n < 2)
+        return;
     std::vector<T> densities(static_cast<std::size_t>(technique_count(n)));
     relative_densities(counts, path, n, densities.data());
     for (int k = 0; k < technique_count(n); ++k)
@@ -164,7 +172,7 @@ template <class F> using weight_type = std::decay_t<std::invoke_result_t<F&, tec
 } // namespace detail
 
 // The weights of all techniques of one path sum to 1. weight_of(technique) is asked for the techniques with a
-// positive density only; passes where there are none. Weights that are NaN, infinite or negative are named
+// positive density only; undecided where there are none. Weights that are NaN, infinite or negative are named
 // before any sum is taken.
 template <class T, class Vertex, class Weight>
 result partition_of_unity(const technique_counts<T>& counts, const Vertex* path, int n, Weight&& weight_of,
@@ -176,7 +184,8 @@ result partition_of_unity(const technique_counts<T>& counts, const Vertex* path,
     return detail::check_unity("the weights of a " + detail::path_of(n), claimed, tolerance);
 }
 
-// The same for any `count` weights of one sample: a pointer or an array, or a callable weight(i).
+// The same for any `count` weights of one sample: a pointer or an array, or a callable weight(i). Undecided
+// where there are none.
 template <class Weight>
 result partition_of_unity(Weight&& weight_of, int count, std::optional<double> tolerance = {}) {
     constexpr bool is_callable = std::is_invocable_v<Weight&, int>;
@@ -196,11 +205,15 @@ result partition_of_unity(Weight&& weight_of, int count, std::optional<double> t
     return detail::check_unity("the weights of a sample", claimed, tolerance.value_or(standard));
 }
 
-// One claimed weight against that of the complete path, mis::weight. The message names the techniques that
-// should have the largest weights.
+// One claimed weight against that of the complete path, mis::weight, which is 0 where the technique cannot
+// make it. The message names the techniques that should have the largest weights. A technique that no path of
+// n vertices has fails.
 template <class Heuristic, class T, class Vertex, class Claimed>
 result weight(const Heuristic& heuristic, const technique_counts<T>& counts, const Vertex* path, int n,
               technique t, Claimed claimed, double tolerance = default_tolerance<T, Claimed>) {
+    if (n < 2 || technique_index(n, t) < 0 || technique_index(n, t) >= technique_count(n) ||
+        !(technique_at(n, technique_index(n, t)) == t))
+        return {false, "there is no " + to_string(t) + " in a " + detail::path_of(n)};
     std::vector<T> all(static_cast<std::size_t>(technique_count(n)));
     mis::weights(heuristic, counts, path, n, all.data());
     const auto right_of = [&](int k) { return static_cast<double>(all[static_cast<std::size_t>(k)]); };
@@ -326,6 +339,8 @@ std::vector<seen_contribution<T>> contributions(const technique_counts<T>& count
                                                 Throughput& throughput,
                                                 std::vector<std::string>& complaints) {
     using product = mis::detail::path_product<T>;
+    if (n < 2)
+        return {};
     std::vector<product> densities(static_cast<std::size_t>(technique_count(n)));
     const long long exponent = mis::detail::for_each_density(
         counts, path, n, 0, [&](int k, const product& p) { densities[static_cast<std::size_t>(k)] = p; });
@@ -405,7 +420,9 @@ void compare_merge(const technique_counts<T>& counts, const Vertex* path, int n,
 // The throughputs of one path's techniques against its densities: S_k p_k is the path's contribution, the
 // same for every technique. throughput(technique) gives S_k, infinity where the technique cannot make the
 // path. `counts` are not numbers of samples here but what a technique's throughput has been divided by beside
-// the path's densities, see one_sample_each; techniques with count 0 are not asked.
+// the path's densities, see one_sample_each; techniques with count 0 are not asked. Undecided where there are
+// less than two contributions to compare: no technique can make the path, one alone can, all throughputs are
+// 0.
 //
 // From s to s + 1 the camera walk takes x_s over from the light walk. So where S p changes there, the two
 // forms part at x_s or its edges, and the factor often tells what is missing.
@@ -435,6 +452,9 @@ result throughputs(const technique_counts<T>& counts, const Vertex* path, int n,
         detail::compare_merge(counts, path, n, merges[m], before, after, tolerance, complaints);
     }
     const std::string what = "throughput times density in a " + detail::path_of(n);
+    if (complaints.empty() && seen.size() < 2)
+        return detail::undecided(what + ": " + (seen.empty() ? "no technique" : "one technique only") +
+                                 " contributes, nothing to compare");
     if (complaints.empty())
         return {true, what + " is the same for " + std::to_string(seen.size()) + " techniques"};
     return {false, what + " is not the same for all techniques:" + detail::list(complaints)};
