@@ -444,9 +444,8 @@ MIS_HOST_DEVICE area_vertex<typename Vertex::scalar> area_densities(const Vertex
 // technique_at in techniques.hpp), divided by the largest one, whatever the sizes of the densities and the
 // length of the path.
 //   - 0: impossible (a Dirac vertex, a zero density, a switched-off technique), and 0 times infinity;
-//   - positive densities stay positive, if only as the smallest number there is: the smallest normal one
-//   where
-//     subnormal numbers count as 0 (-ffast-math);
+//   - positive densities stay positive, if only as the smallest number there is (where subnormal numbers
+//     count as 0, as under -ffast-math, the smallest normal one);
 //   - if some are infinite, those are 1 and the others 0.
 // To bring in a multiplier of your own (a throughput, a correlation factor), multiply it into out[k] and call
 // weights(heuristic, out, technique_count(n), out).
