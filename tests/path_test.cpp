@@ -285,6 +285,8 @@ TEST_CASE_TEMPLATE("as many zeros, infinities and extreme factors as the longest
     }
     infinite.back().pdf_position = 0;
     CHECK(positive(infinite) == list{9'999, 10'000});
+    infinite.front().pdf_position = 0; // and one in what those need
+    CHECK(positive(infinite) == list{});
 
     auto path = path_of(least<T>, least<T>);
     for (auto& x : path) {

@@ -5,7 +5,7 @@
 //   path_vertex<Vec>    positions, normals and densities per solid angle;
 //   measured_vertex<T>  the same with cosines and squared distances in place of vectors;
 //   area_vertex<T>      densities per area.
-// Every function here takes an array of any of them, from camera to light: x_0 ... x_{n-1}, n >= 2.
+// Every function here takes an array of any of them, from camera to light: x_0 ... x_{n-1}, 2 <= n <= 10,000.
 //
 // "From camera" and "to light" are the camera walk's direction (P->, omega->), "from light" and "to camera"
 // the light walk's (P<-, omega<-).
@@ -444,7 +444,8 @@ MIS_HOST_DEVICE area_vertex<typename Vertex::scalar> area_densities(const Vertex
 // technique_at in techniques.hpp), divided by the largest one, whatever the sizes of the densities and the
 // length of the path.
 //   - 0: impossible (a Dirac vertex, a zero density, a switched-off technique), and 0 times infinity;
-//   - positive densities stay positive, if only as the smallest number there is;
+//   - positive densities stay positive, if only as the smallest number there is (where subnormal numbers
+//     count as 0, as under -ffast-math, the smallest normal one);
 //   - if some are infinite, those are 1 and the others 0.
 // To bring in a multiplier of your own (a throughput, a correlation factor), multiply it into out[k] and call
 // weights(heuristic, out, technique_count(n), out).
