@@ -10,7 +10,8 @@ const std::vector<inputs::edge> edges = inputs::edges(1024);
 const auto counts = mis::connection_and_merging(10000.0f, 0.01f);
 const mis::path_weights balance{mis::balance, counts};
 const mis::path_weights power{mis::power, counts};
-const alternatives::three_number_weights three{counts.merge, 1 / counts.merge};
+const mis::path_weights known{mis::balance, counts, mis::connected_surfaces{}};
+const alternatives::three_number_weights<1> three{counts.merge, 1 / counts.merge, counts.camera_connection};
 
 template <class Weight> void two_techniques(benchmark::State& state, Weight weight) {
     for (auto _ : state)
@@ -60,29 +61,36 @@ void vertex_three_numbers(benchmark::State& state) {
 }
 BENCHMARK(vertex_three_numbers);
 
+// Both ends differ, so that the compiler cannot share their work.
 template <class Weights> void connection_two_numbers(benchmark::State& state, const Weights& weigh) {
     for (auto _ : state)
-        for (const inputs::edge& e : edges) {
-            const mis::subpath_state<float> x{e.reverse, e.forward};
-            benchmark::DoNotOptimize(weigh.connection(
-                {x, mis::cosine{e.cos_in}, mis::pdf_forward{e.forward}, mis::pdf_reverse{e.reverse}},
-                {x, mis::cosine{e.cos_out}, mis::pdf_forward{e.reverse}, mis::pdf_reverse{e.forward}},
-                mis::squared_distance{e.distance2}));
+        for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
+            const inputs::edge &e = edges[i], &f = edges[i + 1];
+            benchmark::DoNotOptimize(weigh.connection({{e.reverse, e.forward},
+                                                       mis::cosine{e.cos_in},
+                                                       mis::pdf_forward{e.forward},
+                                                       mis::pdf_reverse{e.reverse}},
+                                                      {{f.reverse, f.forward},
+                                                       mis::cosine{f.cos_in},
+                                                       mis::pdf_forward{f.forward},
+                                                       mis::pdf_reverse{f.reverse}},
+                                                      mis::squared_distance{e.distance2}));
         }
-    state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(edges.size()));
+    state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(edges.size() - 1));
 }
 BENCHMARK_CAPTURE(connection_two_numbers, balance, balance);
+BENCHMARK_CAPTURE(connection_two_numbers, known_balance, known);
 BENCHMARK_CAPTURE(connection_two_numbers, power, power);
 
 void connection_three_numbers(benchmark::State& state) {
     for (auto _ : state)
-        for (const inputs::edge& e : edges) {
-            const alternatives::three_numbers x{e.reverse, e.forward, e.cos_in};
-            const float inverse = 1 / e.distance2;
-            benchmark::DoNotOptimize(three.connection(x, x, e.reverse * e.cos_in * inverse,
-                                                      e.forward * e.cos_out * inverse, e.reverse, e.forward));
+        for (std::size_t i = 0; i + 1 < edges.size(); ++i) {
+            const inputs::edge &e = edges[i], &f = edges[i + 1];
+            benchmark::DoNotOptimize(three.connection(
+                {{e.reverse, e.forward, e.cos_out}, e.cos_in, e.forward, e.reverse},
+                {{f.reverse, f.forward, f.cos_out}, f.cos_in, f.forward, f.reverse}, e.distance2));
         }
-    state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(edges.size()));
+    state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(edges.size() - 1));
 }
 BENCHMARK(connection_three_numbers);
 

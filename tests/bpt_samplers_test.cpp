@@ -22,7 +22,8 @@ mis::verify::result check(const bpt::material<double>& m, const bpt::surface_poi
                           const vec& from) {
     pcg32 rng(3);
     mis::verify::sampler_options options;
-    options.samples = 200'000;
+    options.samples = 500'000;
+    options.visible_error = 0.03;
     return mis::verify::direction_sampler(
         [&]() -> std::optional<vec> {
             if (bpt::uniform<double>(rng) >= m.survival)

@@ -96,6 +96,8 @@ check(${FOLDER})
 expect("a folder" 2 "" "cannot be read: Is a directory")
 check(empty.jsonl)
 expect("an empty file" 2 "" "'empty.jsonl' has no records")
+check_piped(empty.jsonl - --json)
+expect("nothing through a pipe, as JSON" 2 "" "'-' has no records")
 check(no_records.jsonl)
 expect("a file without records" 2 "\nlines that are no records: 1\n" "'no_records.jsonl' has no records")
 
@@ -117,8 +119,74 @@ check(--help)
 expect("help" 0 "Exit status: 0 all agree" "")
 
 if(EXISTS /dev/full)
-    execute_process(COMMAND ${CHECK_PATHS} right.jsonl RESULT_VARIABLE status OUTPUT_FILE /dev/full
-                    ERROR_VARIABLE error WORKING_DIRECTORY ${FOLDER})
-    set(output "")
-    expect("a report that cannot be written" 2 "" "the report cannot be written")
+    # As JSON, the report is larger than a buffer: what fails is not the last write.
+    foreach(option "" --json --help)
+        execute_process(COMMAND ${CHECK_PATHS} right.jsonl ${option} RESULT_VARIABLE status OUTPUT_FILE /dev/full
+                        ERROR_VARIABLE error WORKING_DIRECTORY ${FOLDER})
+        set(output "")
+        expect("a report that cannot be written: ${option}" 2 "" "standard output could not all be written")
+    endforeach()
 endif()
+
+# Other encodings are called by their names.
+foreach(encoding UTF-16 UTF-16LE UTF-16BE UTF-32 UTF-32LE UTF-32BE)
+    execute_process(COMMAND iconv -f UTF-8 -t ${encoding} right.jsonl RESULT_VARIABLE status OUTPUT_FILE wide.jsonl
+                    WORKING_DIRECTORY ${FOLDER} ERROR_QUIET)
+    if(NOT status EQUAL 0)
+        message(STATUS "no iconv: ${encoding} is not tested")
+        continue()
+    endif()
+    string(SUBSTRING ${encoding} 0 6 name)
+    check(wide.jsonl)
+    expect("${encoding}" 2 "" "'wide.jsonl' cannot be read: the text is ${name}, not UTF-8")
+endforeach()
+
+# More of gzip's files are one file; anything else behind them is not.
+execute_process(COMMAND ${CMAKE_COMMAND} -E cat right.jsonl.gz right.jsonl.gz OUTPUT_FILE two.jsonl.gz
+                WORKING_DIRECTORY ${FOLDER})
+check(two.jsonl.gz)
+expect("two compressed dumps" 0 "\nall +40 +40 +0 +0 +0 " "")
+execute_process(COMMAND ${CMAKE_COMMAND} -E cat right.jsonl.gz right.jsonl OUTPUT_FILE more.jsonl.gz
+                WORKING_DIRECTORY ${FOLDER})
+check(more.jsonl.gz)
+expect("a compressed dump with more behind it" 2 "${all_agree}"
+       "'more.jsonl.gz' cannot be read to its end: something else follows the compressed data")
+
+# Given up where nearly nothing is a record.
+string(REPEAT "junk\n" 10001 junk)
+file(WRITE ${FOLDER}/junk.jsonl "${right}${junk}${right}")
+check(junk.jsonl)
+expect("junk" 2 "${all_agree}.*\nlines that are no records: 10001\n"
+       "'junk.jsonl' cannot be read to its end: given up: more than 10000 lines are no records")
+check(junk.jsonl --most-malformed 10001)
+expect("junk that is let pass" 2 "\nall +40 +40 .*\nlines that are no records: 10001\n" "")
+check(junk.jsonl --most-malformed 0)
+expect("the first junk" 2 "${all_agree}.*\nlines that are no records: 1\n" "more than 0 lines are no records")
+foreach(most -1 many 1e3)
+    check(right.jsonl --most-malformed ${most})
+    expect("most malformed ${most}" 2 "^$" "--most-malformed")
+endforeach()
+
+# Sixty lines of nearly 16 MiB, each a path of more vertices than may be, and a line without an end: in 256 MiB. Address
+# sanitizer reserves more, whatever the program does.
+if(SANITIZED)
+    message(STATUS "memory is not limited under address sanitizer")
+    set(limited "")
+else()
+    set(limited ${RUN_WITH} --memory 268435456)
+endif()
+string(REPEAT "{\"kind\":\"surface\"}," 800000 vertices)
+string(REGEX MATCH "^[^\n]*\n" line "${right}")
+string(REPLACE "{\"kind\":\"surface\"" "${vertices}{\"kind\":\"surface\"" line "${line}")
+file(WRITE ${FOLDER}/long.jsonl "${line}")
+set(sixty "")
+foreach(k RANGE 1 60)
+    list(APPEND sixty long.jsonl)
+endforeach()
+execute_process(COMMAND ${CMAKE_COMMAND} -E cat right.jsonl ${sixty} COMMAND ${limited} ${CHECK_PATHS} -
+                RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE error WORKING_DIRECTORY ${FOLDER})
+expect("paths of too many vertices" 2
+       "${all_agree}.*no records: 60\n  line 21: a path has at most 1000 vertices, not 800003\n" "")
+execute_process(COMMAND head -c 1100000000 /dev/zero COMMAND ${limited} ${CHECK_PATHS} - RESULT_VARIABLE status
+                OUTPUT_VARIABLE output ERROR_VARIABLE error)
+expect("a line without an end" 2 "" "'-' cannot be read: a line is longer than 1 GiB")

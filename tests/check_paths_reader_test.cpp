@@ -499,6 +499,55 @@ TEST_CASE("lines longer than the buffer, and longer than may be") {
     CHECK(read_all(padded(17 * mebibyte)).malformed.size() == 1); // ends where a part that is skipped ends
 }
 
+TEST_CASE("paths of more vertices than may be") {
+    const auto path = [](int n) { return plain_record("light_hit", n, n); };
+    CHECK(read_one(path(1000)).vertices.size() == 1000);
+    CHECK(error_of(path(1001)) == "a path has at most 1000 vertices, not 1001");
+    const std::string line = plain_record().dump();
+    CHECK(read_all(line + "\n" + path(1001).dump() + "\n" + line).records.size() == 2);
+}
+
+TEST_CASE("a line without an end is given up") {
+    // a file with a hole: it takes no disk
+    std::FILE* const file = std::tmpfile();
+    REQUIRE(file);
+    REQUIRE(ftruncate(fileno(file), (off_t(1) << 30) + (off_t(64) << 20)) == 0);
+    check_paths::path_reader reader;
+    REQUIRE(check_paths::open_lines(reader.lines, dup(fileno(file))));
+    std::fclose(file);
+    mis::path_record record;
+    std::string error;
+    CHECK(check_paths::next_record(reader, record, error) == read_status::failed);
+    CHECK(error == "a line is longer than 1 GiB");
+    CHECK(check_paths::next_record(reader, record, error) == read_status::failed);
+    CHECK(reader.lines.buffer.size() < std::size_t(40) << 20);
+}
+
+TEST_CASE("text of two or four bytes per character is called by its name") {
+    const std::string line = plain_record().dump() + "\n";
+    const auto widened = [&](std::size_t before, std::size_t after) {
+        std::string wide;
+        for (const char c : line)
+            wide += std::string(before, '\0') + c + std::string(after, '\0');
+        return wide;
+    };
+    const std::string utf16 = "the text is UTF-16, not UTF-8", utf32 = "the text is UTF-32, not UTF-8";
+    for (const auto& [text, name] : {std::pair{widened(0, 1), utf16},
+                                     {"\xff\xfe" + widened(0, 1), utf16},
+                                     {widened(1, 0), utf16},
+                                     {"\xfe\xff" + widened(1, 0), utf16},
+                                     {widened(0, 3), utf32},
+                                     {widened(3, 0), utf32},
+                                     {std::string("\xff\xfe\0\0", 4) + widened(0, 3), utf32},
+                                     {std::string("\0\0\xfe\xff", 4) + widened(3, 0), utf32}}) {
+        for (const contents& c : {read_all(text), read_all(compressed(text))}) {
+            CHECK(c.failure == name);
+            CHECK(c.records.empty());
+            CHECK(c.malformed.empty());
+        }
+    }
+}
+
 TEST_CASE("memory stays bounded, however long the line") {
     check_paths::path_reader reader;
     REQUIRE(check_paths::open_lines(reader.lines,
@@ -526,6 +575,25 @@ TEST_CASE("compressed files give the same as plain ones, and say when they are c
         CHECK(c.records[i].weight == expected.records[i].weight);
     CHECK(c.failure.empty());
     CHECK(read_all(packed + packed).records.size() == 6000);
+    std::string many; // members begin at all places of a buffer, and lines go on in the next member
+    const std::string line = plain_record().dump() + "\n", first = compressed(line.substr(0, 7)),
+                      second = compressed(line.substr(7)), nothing = compressed("");
+    for (int i = 0; i < 4000; ++i)
+        many += i % 100 == 0 ? nothing + first + second : first + second;
+    REQUIRE(many.size() > std::size_t(2) << 18);
+    const contents pieces = read_all(many);
+    CHECK(pieces.records.size() == 4000);
+    CHECK(pieces.failure.empty());
+    CHECK(read_all(nothing).failure.empty());
+    CHECK(read_all(nothing).records.empty());
+    for (const std::string& more :
+         {std::string("x"), std::string("\n"), line, std::string(9, '\0'), std::string("\x1f"),
+          std::string("\x1f\x8c"), std::string(600'000, '.')}) {
+        const contents c_and_more = read_all(packed + more);
+        CHECK(c_and_more.records.size() == 3000);
+        CHECK(c_and_more.failure == "something else follows the compressed data");
+    }
+    CHECK(read_all(packed + packed.substr(0, 2)).failure == "the compressed data is cut off");
 
     for (const std::size_t length : {packed.size() - 1, packed.size() / 2, std::size_t(12)}) {
         const contents cut = read_all(packed.substr(0, length));

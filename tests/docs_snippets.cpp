@@ -263,7 +263,8 @@ const auto lens = mis::verify::square_sampler([&] { return std::optional<mis::ve
     // clang-format on
     CHECK_MESSAGE(lobe, lobe.message);
     CHECK_MESSAGE(lens, lens.message);
-    const auto my_image_mean = [&](const char*, int) { return 1 + u(rng); };
+    std::printf("lens: %s\n", lens.message.c_str()); // what docs/unit_tests.md quotes
+    const auto my_image_mean = [&](const char*, int) { return 1 + 0.2 * u(rng); };
     // clang-format off
 mis::verify::running_mean path_tracing, bidirectional;
 for (int pass = 0; pass < 100; ++pass) {
@@ -355,4 +356,36 @@ for (const auto& path : paths) {
 for (const mis::suspect& s : mis::suspects_of(d).suspects)
     std::puts(mis::describe(s).c_str());
     // clang-format on
+}
+
+TEST_CASE("bidirectional: where every instruction counts") {
+    struct {
+        mis::subpath_state<float> state{1, 1};
+    } x, next;
+    const auto counts = mis::bidirectional(100.f);
+    const float cos_out = 1, cos_in = 1, p = 1, q = 1, d2 = 4, diameter = 1e5f;
+    const mis::end_point<float> light{mis::pdf_position{p}, mis::pdf_next_event{p}, mis::pdf_direction{p},
+                                      mis::cosine{cos_in}, true};
+    const mis::subpath_end<float> camera_end{x.state, mis::cosine{cos_out}, mis::pdf_forward{p},
+                                             mis::pdf_reverse{q}};
+    float w = 0;
+    {
+        // clang-format off
+const mis::path_weights weigh{mis::power, counts, mis::connected_surfaces{}};
+
+next.state = weigh.step(x.state, mis::cosine_out{cos_out}, mis::pdf_forward{p}, mis::pdf_reverse{q},
+                        mis::squared_distance{d2}, mis::cosine_in{cos_in});
+
+const mis::kept_end kept = mis::keep(light); // once for each light point
+w = weigh.next_event(camera_end, kept, mis::squared_distance{d2});
+        // clang-format on
+        CHECK(w > 0);
+        CHECK(next.state.b > 0);
+    }
+    {
+        // clang-format off
+const mis::path_weights weigh{mis::power, mis::for_scene_of_size(counts, diameter)};
+        // clang-format on
+        CHECK(weigh.next_event(camera_end, light, mis::squared_distance{d2}) == doctest::Approx(w));
+    }
 }

@@ -1,6 +1,7 @@
 // Misuse that must not compile, one a line; MISUSE is the line's number. misuse.cmake compiles each and looks
 // for the message beside it, and the rest, which is right, without any.
 #include <mis/mis.hpp>
+#include <mis/optimal/estimator.hpp>
 
 int main() {
     const int pixels = 1024;
@@ -11,6 +12,8 @@ int main() {
     state = weigh.arrive(state, mis::squared_distance{d * d}, mis::cosine{p});
     state = weigh.scatter(state, mis::cosine{p}, mis::pdf_forward{p}, mis::pdf_reverse{q});
     const mis::subpath_end<float> end{state, mis::cosine{p}, mis::pdf_forward{p}, mis::pdf_reverse{q}};
+    state = weigh.step(state, mis::cosine_out{p}, mis::pdf_forward{p}, mis::pdf_reverse{q},
+                       mis::squared_distance{d * d}, mis::cosine_in{p});
     float w =
         weigh.connection(end, end, mis::squared_distance{d * d}) + tracing.light_hit + next_event.next_event;
 
@@ -51,6 +54,26 @@ int main() {
     mis::densities_from_throughputs(counts, throughputs, 2, out);
 #elif CASE(13) // pdf_forward<double>.*pdf_forward<float>
     state = weigh.scatter(state, mis::cosine{p}, mis::pdf_forward{1.0}, mis::pdf_reverse{q});
+#elif CASE(14) // real numbers: write float(pixels), 3.f, not 3
+    const int f = 3;
+    float out[2];
+    const float numbers[] = {1, 2};
+    mis::optimal::weights(numbers, f, numbers, numbers, 2, out);
+#elif CASE(15) // real numbers: write estimator<M, Channels, float>
+    mis::optimal::estimator<2, 3, int> sums;
+    w += float(sums.size());
+#elif CASE(16) // no techniques
+    mis::optimal::estimator<0> sums;
+    w += float(sums.size());
+#elif CASE(17) // cosine_in<float>.*cosine_out<float>
+    state = weigh.step(state, mis::cosine_in{p}, mis::pdf_forward{p}, mis::pdf_reverse{q},
+                       mis::squared_distance{d}, mis::cosine_out{p});
+#elif CASE(18) // this scalar has no limits: specialize std::numeric_limits for it
+    struct unlimited { float x; };
+    w += mis::detail::saturate(unlimited{1}).x;
+#elif CASE(19) // the cutoff heuristic needs all densities at once: weigh complete paths, mis::weight()
+    const mis::path_weights complete{mis::cutoff, mis::bidirectional(float(pixels)), mis::connected_surfaces{}};
+    w += complete.counts.connection;
 #endif
     // clang-format on
     return w > 0 ? 0 : 1;

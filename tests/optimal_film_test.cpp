@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include <cstdlib>
+#include <cstring>
 #include <doctest/doctest.h>
 #include <mis/optimal/film.hpp>
 #include <pcg_random.hpp>
@@ -6,7 +8,39 @@
 #include <sstream>
 #include <type_traits>
 
+// Allocations are looked at: the largest, and those above a size fail.
+static std::size_t largest_allocation = 0, fails_above = ~std::size_t(0);
+
+static void* allocate(std::size_t size, std::size_t alignment) {
+    largest_allocation = size > largest_allocation ? size : largest_allocation;
+    void* const p = size > fails_above
+                        ? nullptr
+                        : std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+    if (p == nullptr)
+        throw std::bad_alloc();
+    return p;
+}
+void* operator new(std::size_t size) { return allocate(size, alignof(std::max_align_t)); }
+void* operator new(std::size_t size, std::align_val_t a) { return allocate(size, std::size_t(a)); }
+void operator delete(void* p) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t) noexcept { std::free(p); }
+void operator delete(void* p, std::align_val_t) noexcept { std::free(p); }
+void operator delete(void* p, std::size_t, std::align_val_t) noexcept { std::free(p); }
+
 namespace {
+
+// A stream of letters without an end.
+struct endless : std::streambuf {
+    std::size_t given = 0;
+    char letter = 'x';
+
+    int underflow() override {
+        if (++given > 1'000'000) // for a reader that would not stop
+            return traits_type::eof();
+        setg(&letter, &letter, &letter + 1);
+        return letter;
+    }
+};
 
 using film = mis::optimal::film<3, 2>;
 
@@ -68,10 +102,10 @@ TEST_CASE("tiles and splats are merged in any order") {
     // Whole films, as threads have them, and tiles that overlap.
     film one = random_film(5, 4, 3), other = one;
     const film splats = random_film(5, 4, 4), tile = random_film(2, 3, 5);
-    mis::optimal::merge(one, splats);
-    mis::optimal::merge(one, tile, 3, 1);
-    mis::optimal::merge(other, tile, 3, 1);
-    mis::optimal::merge(other, splats);
+    CHECK(mis::optimal::merge(one, splats).empty());
+    CHECK(mis::optimal::merge(one, tile, 3, 1).empty());
+    CHECK(mis::optimal::merge(other, tile, 3, 1).empty());
+    CHECK(mis::optimal::merge(other, splats).empty());
     const auto a = mis::optimal::integrals(one), b = mis::optimal::integrals(other);
     for (std::size_t i = 0; i < a.size(); ++i)
         for (std::size_t c = 0; c < 2; ++c)
@@ -119,12 +153,81 @@ TEST_CASE("what is no saved film is refused, and the film stays as it was") {
     std::ostringstream other;
     mis::optimal::save(other, mis::optimal::film<4, 2>(3, 2, {}));
     CHECK(refused(other.str()).find("techniques 4") != std::string::npos);
-    for (std::size_t length : {start, start + 11, start + 12, bytes.size() - 1})
-        CHECK_FALSE(refused(bytes.substr(0, length)).empty());
+    for (std::size_t length = start; length < bytes.size(); ++length)
+        CHECK(refused(bytes.substr(0, length)) == "the film is cut off");
     std::string swapped = bytes;
     std::swap(swapped[start], swapped[start + 3]);
     CHECK(refused(swapped) == "a film of another byte order");
     std::string large = bytes;
     large[start + 7] = large[start + 11] = 0x7f;
     CHECK(refused(large) == "a film of impossible size");
+    std::string negative = bytes;
+    negative[start + 7] = static_cast<char>(0x80);
+    CHECK(refused(negative) == "a film of impossible size");
+    for (const double wrong :
+         {std::numeric_limits<double>::quiet_NaN(), -1.0, std::numeric_limits<double>::infinity()}) {
+        std::string counted = bytes;
+        std::memcpy(&counted[start + 12 + sizeof wrong], &wrong, sizeof wrong);
+        CHECK(refused(counted) == "a film whose counts are no numbers of samples");
+    }
+}
+
+TEST_CASE("load takes memory for what is there, not for what the heading says") {
+    // 2^14 x 2^14 pixels, the most there may be, and none of them: 64 GB.
+    const std::string bytes = saved(film(0, 0, counts));
+    const std::size_t start = bytes.find('\n') + 1;
+    std::string promises = bytes;
+    const std::int32_t size[] = {1 << 14, 1 << 14};
+    std::memcpy(&promises[start + 4], &size[0], sizeof size);
+    film loaded;
+    largest_allocation = 0;
+    CHECK(load(promises, loaded) == "the film is cut off");
+    CHECK(largest_allocation < 10'000);
+    // a pixel is 17 numbers; of 100 of them, at most twice as many are made room for
+    promises += std::string(100 * 17 * 8, '\0');
+    CHECK(load(promises, loaded) == "the film is cut off");
+    CHECK(largest_allocation < 3 * 100 * sizeof(film::estimator_type));
+    // a first line without an end
+    endless endless_line;
+    std::istream in(&endless_line);
+    largest_allocation = 0;
+    const std::string reason = mis::optimal::load(in, loaded);
+    CHECK(reason.find("no film of this type: 'xxxx") == 0);
+    CHECK(reason.size() < 300);
+    CHECK(endless_line.given < 10'000);
+    CHECK(largest_allocation < 10'000);
+    // memory that is not there
+    std::istringstream limited(promises, std::ios::binary);
+    fails_above = 10'000;
+    const std::string failure = mis::optimal::load(limited, loaded);
+    fails_above = ~std::size_t(0);
+    CHECK(failure == "a film too large for the memory");
+    // no bytes of the stream that would need more than one line, or tell a terminal what to do
+    CHECK(load("\x1b[2J\r!\n", loaded).find("no film of this type: '?[2J?!'") == 0);
+}
+
+TEST_CASE("films that do not fit are not merged, and say so") {
+    film to = random_film(5, 4, 3);
+    const film before = to, tile = random_film(2, 3, 5);
+    film counted = random_film(5, 4, 3), broken = random_film(5, 4, 3);
+    counted.counts[1] = 3;
+    broken.height = 5;
+    const auto refused = [&](const film& other, int x = 0, int y = 0) {
+        const std::string reason = merge(to, other, x, y);
+        CHECK(are_same(to, before));
+        return reason;
+    };
+    CHECK(refused(tile, 4, 1) == "a tile of 2 x 3 at (4, 1) is not within a film of 5 x 4");
+    CHECK(refused(tile, 3, 2) == "a tile of 2 x 3 at (3, 2) is not within a film of 5 x 4");
+    CHECK(refused(tile, -1, 0) == "a tile of 2 x 3 at (-1, 0) is not within a film of 5 x 4");
+    CHECK_FALSE(refused(tile, 2'147'483'647, 0).empty());
+    CHECK(refused(random_film(6, 4, 1)) == "a tile of 6 x 4 at (0, 0) is not within a film of 5 x 4");
+    CHECK(refused(counted) == "films of different counts");
+    CHECK(refused(broken) == "a film of 5 x 5 with 20 pixels");
+    CHECK(merge(to, film(0, 0, counts), 5, 4).empty());
+    CHECK(are_same(to, before));
+    std::ostringstream out;
+    mis::optimal::save(out, broken);
+    CHECK(out.fail());
+    CHECK(out.str().empty());
 }

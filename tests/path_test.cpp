@@ -6,6 +6,9 @@
 #include <doctest/doctest.h>
 #include <mis/path.hpp>
 #include <mis/throughput.hpp>
+#ifdef __SSE2__
+#include <immintrin.h>
+#endif
 
 using namespace test;
 using oracle::heuristic_kind;
@@ -44,12 +47,21 @@ template <class T> bool all_zero(const std::vector<T>& x) {
     return true;
 }
 
+// The smallest number that does not count as 0.
+template <class T>
+const T least = from_bits<T>(subnormals ? oracle::bits_t<T>(1) : oracle::min_normal_bits<T>);
+
 // The relative densities that the documentation promises: a positive one never rounds to 0.
 template <class T> double density_error(T computed, const wide& exact) {
     if (!exact.zero() && !(computed > 0))
         return hopeless;
-    const T least = from_bits<T>(1);
-    return bits_of(computed) == bits_of(least) && exact < wide{least} ? 0 : ulp_error(computed, exact);
+    return bits_of(computed) == bits_of(least<T>) && exact < wide{least<T>} ? 0 : ulp_error(computed, exact);
+}
+
+// Weights may be 0. Where subnormal numbers count as 0, one of a smaller density is 0 or the smallest number.
+template <class T> double weight_error(T computed, const wide& exact) {
+    return subnormals ? ulp_error(computed, exact)
+                      : std::min(ulp_error(computed, exact), density_error(computed, exact));
 }
 
 struct path_errors {
@@ -73,7 +85,7 @@ path_errors errors_of_paths(std::uint64_t seed, int count, const Heuristic& h, o
         long double sum = 0;
         for (std::size_t k = 0; k < q.size(); ++k) {
             worst.density.see(density_error(q[k], exact[k]) / n, sample);
-            worst.weight.see(ulp_error(w[k], exact_weights[k]) / (beta * n), sample);
+            worst.weight.see(weight_error(w[k], exact_weights[k]) / (beta * n), sample);
             sum += static_cast<long double>(w[k]);
         }
         worst.unity.see(all_zero(q) ? static_cast<double>(sum) * hopeless : unity_error<T>(sum) / n, sample);
@@ -81,7 +93,7 @@ path_errors errors_of_paths(std::uint64_t seed, int count, const Heuristic& h, o
             continue;
         const int k = g.integer(0, mis::technique_count(n) - 1);
         const T one = mis::weight(h, counts, vertices.data(), n, mis::technique_at(n, k));
-        worst.single.see(ulp_error(one, exact_weights[static_cast<std::size_t>(k)]) / (beta * n), sample);
+        worst.single.see(weight_error(one, exact_weights[static_cast<std::size_t>(k)]) / (beta * n), sample);
     }
     return worst;
 }
@@ -107,6 +119,25 @@ template <class T> path_of_areas<T> any_path_of_areas(generator& g) {
         y.next_event = density();
         path.vertices.push_back(y);
     }
+    return path;
+}
+
+// Every factor anywhere in the range of T, 0 and infinity among them.
+template <class T> random_path<T> any_path_of_factors(generator& g) {
+    random_path<T> path = make_path<T>(g, g.integer(2, 12), ordinary);
+    const bool special = g.chance(0.5);
+    const auto change = [&](T& x) {
+        if (g.chance(0.5))
+            x = special ? g.any<T>() : g.any_positive<T>();
+    };
+    for (auto& x : path.vertices)
+        for (T* factor : {&x.pdf_to_light, &x.pdf_to_camera, &x.pdf_position, &x.pdf_next_event,
+                          &x.pdf_distance_from_camera, &x.pdf_distance_from_light, &x.cos_to_camera,
+                          &x.cos_to_light, &x.distance2_to_light, &x.merge_factor})
+            change(*factor);
+    for (T* count : {&path.counts.light_hit, &path.counts.next_event, &path.counts.connection,
+                     &path.counts.camera_connection, &path.counts.camera_hit, &path.counts.merge})
+        change(*count);
     return path;
 }
 
@@ -148,6 +179,15 @@ TEST_CASE_TEMPLATE("densities per area from the whole range of the scalar", T, f
              errors_of_paths<T>(22, paths / 20, mis::power, {heuristic_kind::power, 2}, make));
 }
 
+TEST_CASE_TEMPLATE("factors from the whole range of the scalar, 0 and infinity among them", T, float,
+                   double) {
+    const auto make = [](generator& g) { return any_path_of_factors<T>(g); };
+    check<T>("factors, balance",
+             errors_of_paths<T>(23, paths / 5, mis::balance, {heuristic_kind::balance}, make));
+    check<T>("factors, average",
+             errors_of_paths<T>(24, paths / 20, mis::average, {heuristic_kind::average}, make));
+}
+
 TEST_CASE_TEMPLATE("a path of 1,000 vertices neither overflows nor underflows", T, float, double) {
     const auto make = [](generator& g) {
         return make_path<T>(g, 1000, g.chance(0.5) ? ordinary : extreme<T>);
@@ -162,6 +202,102 @@ TEST_CASE_TEMPLATE("a path of 1,000 vertices neither overflows nor underflows", 
     const auto w = weights_of(mis::balance, mis::bidirectional(T(1)), path);
     for (int s = 1; s <= 1000; ++s)
         CHECK(w[static_cast<std::size_t>(s)] == doctest::Approx(1e-3).epsilon(1e-5));
+}
+
+// Exactly 1, however a compiler rounds the quotient: the maximum heuristic counts nothing below.
+TEST_CASE_TEMPLATE("the largest relative density is 1; single weights of every heuristic sum to 1", T, float,
+                   double) {
+    generator g(32);
+    worst_case largest, unity, apart;
+    const auto look = [&](const auto& h, const auto& counts, const auto& path, int sample) {
+        const int n = static_cast<int>(path.size()), count = mis::technique_count(n);
+        const auto all = weights_of(h, counts, path);
+        long double sum = 0;
+        for (int k = 0; k < count; ++k) {
+            const T one = mis::weight(h, counts, path.data(), n, mis::technique_at(n, k));
+            sum += static_cast<long double>(one);
+            apart.see(ulp_distance(one, all[static_cast<std::size_t>(k)]), sample);
+        }
+        unity.see(unity_error<T>(sum) / n, sample);
+    };
+    for (int sample = 0; sample < 10'000; ++sample) {
+        std::vector<mis::area_vertex<T>> path(static_cast<std::size_t>(g.integer(2, 8)));
+        for (auto& x : path) {
+            x.density_from_camera = static_cast<T>(g.uniform(0.1, 2));
+            x.density_from_light = static_cast<T>(g.uniform(0.1, 2));
+            x.next_event = static_cast<T>(g.uniform(0.1, 2));
+        }
+        const auto counts = mis::connection_and_merging(T(100), T(0.1));
+        T most = 0;
+        for (const T q : densities_of(counts, path))
+            most = std::max(most, q);
+        largest.see(most == T(1) ? 0 : hopeless, sample);
+        look(mis::average, counts, path, sample);
+        look(mis::balance, counts, path, sample);
+        look(mis::power, counts, path, sample);
+        look(mis::maximum, counts, path, sample);
+        look(mis::cutoff_heuristic{0.125}, counts, path, sample);
+    }
+    CHECK(largest.error == 0);
+    CHECK(unity.error <= 1);
+    CHECK(apart.error <= 2); // an array of T rounds the shares once more
+}
+
+TEST_CASE_TEMPLATE("as many zeros, infinities and extreme factors as the longest path has", T, float,
+                   double) {
+    const T inf = from_bits<T>(oracle::infinity_bits<T>);
+    const auto path_of = [](T from_camera, T from_light) {
+        std::vector<mis::measured_vertex<T>> path(10'000);
+        for (auto& x : path) {
+            x.pdf_to_light = from_camera;
+            x.pdf_to_camera = from_light;
+            x.pdf_position = x.pdf_next_event = 1;
+        }
+        return path;
+    };
+    auto counts = mis::connection_and_merging(T(1), T(1));
+    counts.camera_hit = counts.merge = 1;
+    const auto positive = [&](std::vector<mis::measured_vertex<T>> path) {
+        std::vector<int> result;
+        const auto w = weights_of(mis::average, counts, path);
+        for (std::size_t k = 0; k < w.size(); ++k)
+            if (w[k] > 0)
+                result.push_back(static_cast<int>(k));
+        return result;
+    };
+    using list = std::vector<int>;
+    const T largest = largest_finite<T>();
+    CHECK(positive(path_of(0, 1)) == list{0, 1}); // what needs no step of a camera walk
+    CHECK(positive(path_of(1, 0)) == list{9'999, 10'000});
+    CHECK(positive(path_of(0, 0)) == list{});
+    CHECK(positive(path_of(inf, inf)).size() == 19'999);
+    CHECK(positive(path_of(inf, 0)) == list{9'999, 10'000});
+    CHECK(positive(path_of(1, inf)).size() == 19'999 - 2);
+    CHECK(positive(path_of(least<T>, largest)).size() == 19'999);
+    const auto w = weights_of(mis::balance, counts, path_of(least<T>, largest));
+    CHECK(w[0] == 1);
+
+    auto infinite = path_of(inf, inf); // in all factors, and one 0 in what all but two techniques need
+    for (auto& x : infinite) {
+        x.cos_to_camera = x.cos_to_light = inf;
+        x.pdf_distance_from_camera = x.pdf_distance_from_light = inf;
+        x.distance2_to_light = 0;
+    }
+    infinite.back().pdf_position = 0;
+    CHECK(positive(infinite) == list{9'999, 10'000});
+    infinite.front().pdf_position = 0; // and one in what those need
+    CHECK(positive(infinite) == list{});
+
+    auto path = path_of(least<T>, least<T>);
+    for (auto& x : path) {
+        x.cos_to_camera = x.cos_to_light = least<T>;
+        x.distance2_to_light = largest;
+    }
+    const auto v = weights_of(mis::balance, counts, path); // P-> = P<- everywhere
+    // a connection leaves out two steps, what a walk makes alone one, a merge none
+    CHECK(v[5'000] == doctest::Approx(1.0 / (10'000 - 3)));
+    CHECK(v[10'000] == 0);
+    CHECK(v[15'000] == 0);
 }
 
 TEST_CASE_TEMPLATE("infinite densities share 1; a technique that also has a factor 0 has density 0", T, float,
@@ -363,4 +499,61 @@ TEST_CASE_TEMPLATE("area densities of a measured vertex are P-> and P<-", T, flo
             worst.see(ulp_error(x.next_event, exact.light_next_event), sample);
     }
     CHECK(worst.error <= 3); // four factors, three roundings
+}
+
+#ifdef __SSE2__
+// The processor can be told to take subnormal numbers for 0, as a program is that links one -ffast-math
+// library.
+TEST_CASE_TEMPLATE("no technique is lost where the processor takes subnormal numbers for 0", T, float,
+                   double) {
+    constexpr unsigned flush = 0x8040; // results and operands
+    generator g(93);
+    worst_case density, weight, single;
+    for (int sample = 0; sample < 5'000; ++sample) {
+        const auto path = make_path<T>(g, g.integer(20, 64), spread{extreme<T>.density / 3, 1, 0.1, 0});
+        const int n = path.size(), k = g.integer(0, mis::technique_count(n) - 1);
+        const auto exact = oracle::relative(oracle::densities(path.counts, oracle::path_of(path.vertices)));
+        const auto exact_weights = oracle::weights({heuristic_kind::average}, exact);
+        const unsigned before = _mm_getcsr();
+        _mm_setcsr(before | flush);
+        const auto q = densities_of(path.counts, path.vertices);
+        const auto w = weights_of(mis::average, path.counts, path.vertices);
+        const T one = mis::weight(mis::average, path.counts, path.data(), n, mis::technique_at(n, k));
+        int lost = 0;
+        for (std::size_t i = 0; i < q.size(); ++i)
+            lost += !exact[i].zero() && !(q[i] > 0);
+        _mm_setcsr(before);
+        density.see(lost, sample);
+        for (std::size_t i = 0; i < q.size(); ++i)
+            weight.see(ulp_error(w[i], exact_weights[i]), sample);
+        single.see(ulp_error(one, exact_weights[static_cast<std::size_t>(k)]), sample);
+    }
+    CHECK(density.error == 0);
+    CHECK(weight.error <= 4);
+    CHECK(single.error <= 4);
+}
+#endif
+
+TEST_CASE("other scalars: long double, within its own precision") {
+    generator g(92);
+    worst_case worst;
+    for (int sample = 0; sample < 2'000; ++sample) {
+        const auto path = make_path<double>(g, g.integer(2, 20), g.chance(0.5) ? ordinary : extreme<double>);
+        std::vector<mis::measured_vertex<long double>> vertices;
+        for (const auto& x : path.vertices)
+            vertices.push_back({x.kind, x.dirac, x.pdf_to_light, x.pdf_to_camera, x.pdf_position,
+                                x.pdf_next_event, x.pdf_distance_from_camera, x.pdf_distance_from_light,
+                                x.cos_to_camera, x.cos_to_light, x.distance2_to_light, x.merge_factor});
+        const auto& c = path.counts;
+        const mis::technique_counts<long double> counts{
+            c.light_hit, c.next_event, c.connection, c.camera_connection, c.direct, c.camera_hit, c.merge};
+        const auto exact =
+            oracle::weights({heuristic_kind::balance}, oracle::densities(c, oracle::path_of(path.vertices)));
+        const auto w = weights_of(mis::balance, counts, vertices);
+        for (std::size_t k = 0; k < w.size(); ++k) {
+            const long double apart = std::fabs(w[k] - oracle::to_long_double(exact[k]));
+            worst.see(static_cast<double>(apart) / path.size(), sample);
+        }
+    }
+    CHECK(worst.error <= 4 * static_cast<double>(std::numeric_limits<long double>::epsilon()));
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "oracle.hpp"
 #include "random_paths.hpp"
+#include "ranged.hpp"
 
 #include <cstdio>
 #include <doctest/doctest.h>
@@ -17,130 +18,35 @@ namespace {
 
 constexpr int paths = 100'000;
 
-// The recursion in extended range, to know where the scalar's own range ends. A value "fits" if it is 0 or a
-// normal number of T with some room above; outside, the states of the library can only saturate.
-template <class T> struct exact_recursion {
-    oracle::heuristic h;
+// The path with another scalar.
+template <class U, class T>
+std::vector<mis::measured_vertex<U>> converted(const std::vector<mis::measured_vertex<T>>& path) {
+    std::vector<mis::measured_vertex<U>> result;
+    for (const auto& x : path)
+        result.push_back({x.kind, x.dirac, U(x.pdf_to_light), U(x.pdf_to_camera), U(x.pdf_position),
+                          U(x.pdf_next_event), U(x.pdf_distance_from_camera), U(x.pdf_distance_from_light),
+                          U(x.cos_to_camera), U(x.cos_to_light), U(x.distance2_to_light), U(x.merge_factor)});
+    return result;
+}
+template <class U, class T> mis::technique_counts<U> converted(const mis::technique_counts<T>& c) {
+    return {U(c.light_hit),  U(c.next_event), U(c.connection),       U(c.camera_connection), U(c.direct),
+            U(c.camera_hit), U(c.merge),      c.max_camera_vertices, c.max_light_vertices};
+}
 
-    static bool fits(const wide& x) {
-        return oracle::in_normal_range<T>(x) && x < wide{std::numeric_limits<T>::max() / 32};
-    }
+// Whether every number that the recursion meets on its way to a technique's weight fits into T. Outside, the
+// states of the library can only saturate.
+template <class T, class Heuristic> struct range_of_recursion {
+    Heuristic heuristic;
+    mis::technique_counts<ranged<T>> counts;
+    std::vector<mis::measured_vertex<ranged<T>>> path;
 
-    wide raise(const wide& x) const {
-        if (h.kind == heuristic_kind::average)
-            return x.zero() ? wide{} : wide{1};
-        return h.kind == heuristic_kind::power ? oracle::pow(x, h.parameter) : x;
-    }
-    wide join(const wide& x, const wide& y) const {
-        return h.kind == heuristic_kind::maximum ? (x < y ? y : x) : x + y;
-    }
+    range_of_recursion(const Heuristic& h, const random_path<T>& p)
+        : heuristic(h), counts(converted<ranged<T>>(p.counts)), path(converted<ranged<T>>(p.vertices)) {}
 
-    // What a walk from the camera knows at x_i: A_i with its count, B_i, T_i, and whether everything on the
-    // way fits.
-    struct state {
-        wide a, b, total;
-        wide edge; // A_i without its count
-        bool fits_on_arrival = true, fits = true;
-    };
-
-    std::vector<state> camera_walk(const random_path<T>& path) const {
-        const auto p = oracle::path_of(path.vertices);
-        const auto& x = path.vertices;
-        const auto& c = path.counts;
-        const std::size_t n = x.size();
-        std::vector<state> states(n);
-        states[0].total = x[0].dirac ? wide{} : raise(wide{c.camera_hit} / wide{x[0].pdf_position});
-        const wide start = wide{1} / wide{x[0].pdf_position};
-        states[0].fits = fits(states[0].total) && fits(start) && (x[0].dirac || fits(raise(start))) &&
-                         fits(raise(wide{x[0].pdf_next_event} * start));
-        for (std::size_t i = 1; i < n; ++i) {
-            state& s = states[i];
-            const auto& before = x[i - 1];
-            const bool joinable = before.kind != vertex_kind::dirac && x[i].kind != vertex_kind::dirac;
-            const wide inverse = wide{1} / wide{before.pdf_to_light};
-            const wide unit_a = raise(wide{1} / p.from_camera[i]);
-            const wide first =
-                raise(wide{c.camera_connection} * wide{x[0].pdf_next_event} / wide{x[0].pdf_position});
-            s.edge = joinable ? unit_a : wide{};
-            s.a = joinable ? (i == 1 ? first : raise(c.connection)) * unit_a : wide{};
-            const wide leaving = raise(wide{before.cos_to_light} * inverse) * states[i - 1].total;
-            const wide travel = raise(wide{before.pdf_distance_from_light} /
-                                      (wide{x[i].cos_to_camera} * wide{x[i].pdf_distance_from_camera}));
-            s.b = leaving * travel;
-            const wide back = raise(x[i].pdf_to_camera) * s.b;
-            const bool dirac = x[i].kind == vertex_kind::dirac;
-            s.total = join(join(dirac ? wide{} : raise(wide{c.merge} * wide{x[i].merge_factor}), s.a), back);
-            s.fits_on_arrival = states[i - 1].fits && fits(unit_a) && fits(raise(inverse)) && fits(first) &&
-                                fits(raise(inverse) * first) && fits(leaving) && fits(travel) && fits(s.a) &&
-                                fits(s.b) && fits(raise(wide{before.cos_to_light} * inverse)) &&
-                                fits(raise(wide{before.distance2_to_light} /
-                                           (wide{x[i].cos_to_camera} * wide{x[i].pdf_distance_from_camera})));
-            s.fits = s.fits_on_arrival && fits(raise(wide{c.merge} * wide{x[i].merge_factor})) &&
-                     fits(raise(c.connection)) && fits(raise(x[i].pdf_to_camera)) && fits(back) &&
-                     fits(s.total);
-        }
-        return states;
-    }
-
-    // For each technique, whether the states it needs and the terms of its weight fit.
-    std::vector<bool> fitting(const random_path<T>& path) const {
-        const int n = path.size();
-        const auto p = oracle::path_of(path.vertices);
-        const auto& c = path.counts;
-        const auto from_camera = camera_walk(path), from_light = camera_walk(mirrored(path));
-        const auto camera = [&](int i) { return from_camera[static_cast<std::size_t>(i)]; };
-        const auto light = [&](int i) { return from_light[static_cast<std::size_t>(n - 1 - i)]; };
-        const auto to = [&](int i) { return p.from_camera[static_cast<std::size_t>(i)]; };
-        const auto back = [&](int i) { return p.from_light[static_cast<std::size_t>(i)]; };
-        const auto both = [&](const wide& x, const wide& t) {
-            return fits(x) && fits(raise(x)) && fits(raise(x) * t);
-        };
-        const auto hit = [&](const state& s, const auto& x, const wide& direction, T hits, T joins,
-                             bool first_edge) {
-            const wide position = raise(x.pdf_position), next = raise(wide{joins} * wide{x.pdf_next_event});
-            // on a walk's first edge, A holds the count of its end's technique, which direct's takes the
-            // place of
-            const wide joined = first_edge ? position * raise(wide{c.direct}) / raise(joins) : next;
-            return s.fits_on_arrival && fits(raise(hits)) && fits(next) && fits(joined) &&
-                   fits(joined * (first_edge ? s.a : s.edge)) && fits(position) && fits(raise(direction)) &&
-                   fits(position * raise(direction)) && fits(position * raise(direction) * s.b);
-        };
-        const auto& lens = path.vertices.front();
-        const auto& lamp = path.vertices.back();
-        std::vector<bool> result;
-        result.push_back(hit(light(0), lens, lens.pdf_to_light, c.camera_hit,
-                             n == 2 ? c.next_event : c.camera_connection, n == 2));
-        for (int s = 1; s < n; ++s) {
-            const bool ends = camera(s - 1).fits && light(s).fits;
-            bool ok = ends && fits(to(s)) && fits(back(s - 1));
-            if (n == 2)
-                ok = ok && both(wide{c.light_hit} * to(1) / back(1), 1) &&
-                     both(wide{c.camera_hit} * back(0) / to(0), 1);
-            else if (s == 1)
-                ok = fits(to(1)) && both(to(0) * to(1) / p.camera_next_event, light(1).total) &&
-                     light(1).fits && fits(back(0)) &&
-                     both(wide{c.camera_hit} * back(0) / p.camera_next_event, 1) &&
-                     fits(wide{1} / p.camera_next_event) && fits(to(0) / p.camera_next_event) &&
-                     fits(raise(c.camera_connection));
-            else if (s == n - 1)
-                ok = fits(back(n - 2)) &&
-                     both(back(n - 1) * back(n - 2) / p.light_next_event, camera(n - 2).total) &&
-                     camera(n - 2).fits && fits(to(n - 1)) &&
-                     both(wide{c.light_hit} * to(n - 1) / p.light_next_event, 1) &&
-                     fits(wide{1} / p.light_next_event) && fits(back(n - 1) / p.light_next_event) &&
-                     fits(raise(c.next_event));
-            else
-                ok = ok && both(back(s - 1), camera(s - 1).total) && both(to(s), light(s).total);
-            result.push_back(ok);
-        }
-        result.push_back(hit(camera(n - 1), lamp, lamp.pdf_to_camera, c.light_hit,
-                             n == 2 ? c.camera_connection : c.next_event, n == 2));
-        for (int j = 1; j <= n - 2; ++j) {
-            const auto& x = path.vertices[static_cast<std::size_t>(j)];
-            result.push_back(camera(j).fits && light(j).fits && fits(raise(x.pdf_to_light) * light(j).b) &&
-                             fits(raise(x.pdf_to_camera) * camera(j).b));
-        }
-        return result;
+    bool fits(mis::technique t) const {
+        ranged<T>::escaped = false;
+        (void)mis::weight_in_subpaths(heuristic, counts, path.data(), static_cast<int>(path.size()), t);
+        return !ranged<T>::escaped;
     }
 };
 
@@ -172,11 +78,14 @@ template <class T> bool nearly_tied(const std::vector<wide>& q) {
 // Visits each technique of random paths that has a positive density with its weight by the recursion.
 template <class T, class Heuristic, class Make>
 recursion_errors errors_of_recursion(std::uint64_t seed, int count, const Heuristic& h,
-                                     oracle::heuristic reference, Make make) {
+                                     oracle::heuristic reference, Make make, double decades = 0) {
     recursion_errors e;
     generator g(seed);
     const double beta = reference.kind == heuristic_kind::power ? reference.parameter : 1;
-    const exact_recursion<T> recursion{reference};
+    // Where the compiler may regroup products, each number must be able to take another factor, of up to so
+    // many decades, and another count.
+    const bool regroups = !subnormals && decades > 0;
+    ranged<T>::margin = regroups ? oracle::pow(wide{10}, std::floor(beta * decades + 6)) : wide{1};
     for (int sample = 0; sample < count; ++sample) {
         random_path<T> path = make(g);
         unify_ends(path);
@@ -185,7 +94,7 @@ recursion_errors errors_of_recursion(std::uint64_t seed, int count, const Heuris
         if (reference.kind == heuristic_kind::maximum && nearly_tied<T>(q))
             continue;
         const auto exact = oracle::weights(reference, q);
-        const auto fitting = recursion.fitting(path);
+        const range_of_recursion<T, Heuristic> range(h, path);
         // all techniques of short paths, half a dozen of long ones
         const int step = std::max(1, mis::technique_count(n) / 6);
         for (int k = g.integer(0, step - 1); k < mis::technique_count(n); k += step) {
@@ -195,7 +104,7 @@ recursion_errors errors_of_recursion(std::uint64_t seed, int count, const Heuris
                 mis::detail::is_possible(path.data(), n, t))
                 continue; // possible, but never sampled: no renderer asks for its weight
             const T w = mis::weight_in_subpaths(h, path.counts, path.data(), n, t);
-            if (fitting[at] || q[at].zero()) {
+            if (q[at].zero() || range.fits(t)) {
                 ++e.checked;
                 e.weight.see(ulp_error(w, exact[at]) / (beta * n), sample);
             } else {
@@ -228,16 +137,25 @@ template <class T> random_path<T> any_path(generator& g) {
 
 TEST_CASE_TEMPLATE("weights of 100,000 random paths are the products'", T, float, double) {
     const auto make = [](generator& g) { return any_path<T>(g); };
-    check<T>("balance", errors_of_recursion<T>(11, paths, mis::balance, {heuristic_kind::balance}, make), 6);
-    check<T>("power 2", errors_of_recursion<T>(12, paths / 10, mis::power, {heuristic_kind::power, 2}, make),
-             6);
     check<T>(
-        "power 1.5",
-        errors_of_recursion<T>(13, paths / 50, mis::power_heuristic{1.5}, {heuristic_kind::power, 1.5}, make),
+        "balance",
+        errors_of_recursion<T>(11, paths, mis::balance, {heuristic_kind::balance}, make, extreme<T>.density),
         6);
-    check<T>("average", errors_of_recursion<T>(14, paths / 20, mis::average, {heuristic_kind::average}, make),
+    check<T>("power 2",
+             errors_of_recursion<T>(12, paths / 10, mis::power, {heuristic_kind::power, 2}, make,
+                                    extreme<T>.density),
              6);
-    check<T>("maximum", errors_of_recursion<T>(15, paths / 20, mis::maximum, {heuristic_kind::maximum}, make),
+    check<T>("power 1.5",
+             errors_of_recursion<T>(13, paths / 50, mis::power_heuristic{1.5}, {heuristic_kind::power, 1.5},
+                                    make, extreme<T>.density),
+             6);
+    check<T>("average",
+             errors_of_recursion<T>(14, paths / 20, mis::average, {heuristic_kind::average}, make,
+                                    extreme<T>.density),
+             6);
+    check<T>("maximum",
+             errors_of_recursion<T>(15, paths / 20, mis::maximum, {heuristic_kind::maximum}, make,
+                                    extreme<T>.density),
              0);
 }
 
@@ -299,8 +217,8 @@ refracting_path make_refracting_path(generator& g, int n) {
 }
 
 // A renderer's loops: both walks, state by state, then any technique from the stored states.
-template <class Heuristic> struct renderer {
-    mis::path_weights<Heuristic, double> weigh;
+template <class Heuristic, class Use = mis::any_techniques> struct renderer {
+    mis::path_weights<Heuristic, double, Use> weigh;
     const refracting_path& r;
     std::vector<mis::subpath_state<double>> camera, light; // after arrive at x_i
 
@@ -327,8 +245,9 @@ template <class Heuristic> struct renderer {
         auto state = weigh.start_camera(lens());
         for (std::size_t i = 1; i < x().size(); ++i) {
             const auto &v = x()[i], &last = x()[i - 1];
-            if (v.kind == vertex_kind::infinite_light && last.pdf_distance_from_light == 1)
-                state = weigh.arrive_at_infinity(state);
+            if (v.kind == vertex_kind::infinite_light)
+                state = weigh.arrive_at_infinity(state, mis::pdf_distance_forward{v.pdf_distance_from_camera},
+                                                 mis::pdf_distance_reverse{last.pdf_distance_from_light});
             else
                 state = weigh.arrive(state, mis::squared_distance{last.distance2_to_light},
                                      mis::cosine{v.cos_to_camera},
@@ -350,8 +269,10 @@ template <class Heuristic> struct renderer {
         auto state = weigh.start_light(lamp());
         for (std::size_t i = x().size() - 1; i-- > 0;) {
             const auto &v = x()[i], &last = x()[i + 1];
-            if (last.kind == vertex_kind::infinite_light && v.pdf_distance_from_light == 1)
-                state = weigh.arrive_from_infinity(state, mis::cosine{v.cos_to_light});
+            if (last.kind == vertex_kind::infinite_light)
+                state = weigh.arrive_from_infinity(state, mis::cosine{v.cos_to_light},
+                                                   mis::pdf_distance_forward{v.pdf_distance_from_light},
+                                                   mis::pdf_distance_reverse{last.pdf_distance_from_camera});
             else
                 state = weigh.arrive(state, mis::squared_distance{v.distance2_to_light},
                                      mis::cosine{v.cos_to_light},
@@ -369,10 +290,18 @@ template <class Heuristic> struct renderer {
         }
     }
 
+    // Whether the calls for kept records and pinholes serve: without media on the edge.
+    static bool keeps(const mis::measured_vertex<double>& end, const mis::measured_vertex<double>& other) {
+        return other.kind != vertex_kind::medium && end.pdf_distance_from_camera == 1 &&
+               end.pdf_distance_from_light == 1 && other.pdf_distance_from_camera == 1 &&
+               other.pdf_distance_from_light == 1;
+    }
+
     double weight(mis::technique t) const {
         const auto s = static_cast<std::size_t>(t.camera_vertices);
         if (t.kind == technique_kind::light_hit)
-            return weigh.light_hit(camera.back(), lamp());
+            return weigh.counts.direct == 0 ? weigh.light_hit(camera.back(), mis::keep(lamp()))
+                                            : weigh.light_hit(camera.back(), lamp());
         if (t.kind == technique_kind::camera_hit)
             return weigh.camera_hit(light.front(), lens());
         if (t.kind == technique_kind::merge)
@@ -390,30 +319,44 @@ template <class Heuristic> struct renderer {
                                                  mis::pdf_reverse{b.pdf_to_light}, b.merge_factor};
         switch (t.kind) {
         case technique_kind::direct:
-            return weigh.direct(lens(), lamp(), d2);
+            return weigh.direct(lens(), lamp(), d2, there, back);
         case technique_kind::next_event:
-            return weigh.next_event(camera_end, lamp(), d2, there, back);
+            return keeps(b, a) ? weigh.next_event(camera_end, mis::keep(lamp()), d2)
+                               : weigh.next_event(camera_end, lamp(), d2, there, back);
         case technique_kind::camera_connection:
-            return weigh.camera_connection(lens(), light_end, d2, there, back);
+            return a.dirac && keeps(a, b) && a.pdf_next_event == 1 && a.pdf_position == 1
+                       ? weigh.camera_connection(mis::pdf_direction{a.pdf_to_light}, light_end, d2)
+                       : weigh.camera_connection(lens(), light_end, d2, there, back);
         default:
             return weigh.connection(camera_end, light_end, d2, there, back);
         }
     }
 };
 
-template <class Heuristic>
+template <class Use = mis::any_techniques, class Heuristic>
 double error_by_hand(const Heuristic& h, oracle::heuristic reference, std::uint64_t seed) {
     generator g(seed);
     worst_case worst;
     for (int sample = 0; sample < 10'000; ++sample) {
-        auto r = make_refracting_path(g, g.integer(2, 12));
+        auto r = make_refracting_path(g, g.integer(Use::always_connects ? 3 : 2, 12));
         unify_ends(r.path);
+        auto& c = r.path.counts;
+        auto& lens = r.path.vertices.front();
+        if (lens.dirac && g.chance(0.7))
+            lens.pdf_position = lens.pdf_next_event = 1;
+        if (Use::always_connects || g.chance(0.3))
+            c.direct = 0;
+        if (Use::always_connects && !(c.connection > 0))
+            c.connection = g.log_uniform<double>(-1, 1);
+        if (!Use::merge_factors)
+            for (auto& x : r.path.vertices)
+                x.merge_factor = 1;
         const int n = r.path.size();
-        const auto q = oracle::densities(r.path.counts, oracle::path_of(r.path.vertices));
+        const auto q = oracle::densities(c, oracle::path_of(r.path.vertices));
         if (reference.kind == heuristic_kind::maximum && nearly_tied<double>(q))
             continue;
         const auto exact = oracle::weights(reference, q);
-        const renderer<Heuristic> render(h, r);
+        const renderer<Heuristic, Use> render(h, r);
         for (std::size_t k = 0; k < q.size(); ++k)
             if (!q[k].zero())
                 worst.see(ulp_error(render.weight(mis::technique_at(n, static_cast<int>(k))), exact[k]) / n,
@@ -429,6 +372,221 @@ TEST_CASE("the calls of a renderer's own loops, with refracting Dirac vertices")
     CHECK(error_by_hand(mis::power, {heuristic_kind::power, 2}, 32) <= 12);
     CHECK(error_by_hand(mis::average, {heuristic_kind::average}, 33) <= 1);
     CHECK(error_by_hand(mis::maximum, {heuristic_kind::maximum}, 34) == 0);
+}
+
+TEST_CASE("the same where it is known that connections are on and surfaces alone merge") {
+    using known = mis::connected_surfaces;
+    CHECK(error_by_hand<known>(mis::balance, {heuristic_kind::balance}, 35) <= 6);
+    CHECK(error_by_hand<known>(mis::power, {heuristic_kind::power, 2}, 36) <= 12);
+    CHECK(error_by_hand<known>(mis::average, {heuristic_kind::average}, 37) <= 1);
+    CHECK(error_by_hand<known>(mis::maximum, {heuristic_kind::maximum}, 38) == 0);
+}
+
+namespace {
+
+// Numbers of every kind that a renderer may get from a degenerate scene.
+template <class T> T any_number(generator& g) {
+    using limits = std::numeric_limits<T>;
+    switch (g.integer(0, 11)) {
+    case 0:
+        return 0;
+    case 1:
+        return limits::infinity();
+    case 2:
+        return limits::denorm_min();
+    case 3:
+        return limits::min();
+    case 4:
+        return limits::max();
+    case 5:
+        return limits::max() / 16;
+    case 6:
+        return static_cast<T>(std::ldexp(1.0, g.integer(limits::min_exponent, limits::max_exponent - 1)));
+    case 7:
+        return static_cast<T>(std::ldexp(1.0, g.integer(-30, 30)));
+    default:
+        return g.log_uniform<T>(-1, 1);
+    }
+}
+
+template <class T> bool is_proper(T w) {
+    return !is_nan(w) && !oracle::is_negative(w) && bits_of(w) <= bits_of(T(1));
+}
+
+// Walks over anything, and every weight of what they leave: how many are not in [0, 1], and how many states
+// are not finite.
+template <class T, class Use, class Heuristic>
+std::pair<int, int> improper(const Heuristic& h, std::uint64_t seed) {
+    generator g(seed);
+    const auto any = [&] { return any_number<T>(g); };
+    const auto any_or_1 = [&] { return g.chance(0.5) ? any() : T(1); };
+    const auto distance2 = [&] {
+        return mis::squared_distance<T>(std::max(any(), std::numeric_limits<T>::min()));
+    };
+    const auto end = [&](bool hittable) {
+        return mis::end_point<T>{mis::pdf_position<T>(any()), mis::pdf_next_event<T>(any()),
+                                 mis::pdf_direction<T>(any()), mis::cosine<T>(any()), hittable};
+    };
+    int weights = 0, states = 0;
+    for (int sample = 0; sample < 20'000; ++sample) {
+        auto c = random_counts<T>(g);
+        if (Use::always_connects) {
+            c.connection = std::max(c.connection, T(0.25));
+            c.direct = 0;
+        }
+        const mis::path_weights<Heuristic, T, Use> weigh(h, c);
+        const auto walk = [&](mis::subpath_state<T> x) {
+            for (int k = g.integer(0, 3);; --k) {
+                x = weigh.arrive(x, distance2(), mis::cosine<T>(any()),
+                                 mis::pdf_distance_forward<T>(any_or_1()),
+                                 mis::pdf_distance_reverse<T>(any_or_1()));
+                if (g.chance(0.3))
+                    x = weigh.step(x, mis::cosine_out<T>(any()), mis::pdf_forward<T>(any()),
+                                   mis::pdf_reverse<T>(any()), distance2(), mis::cosine_in<T>(any()),
+                                   any_or_1());
+                states += !is_finite(x.a) || !is_finite(x.b);
+                if (k == 0)
+                    return x;
+                x = g.chance(0.3) ? weigh.scatter_dirac(x, mis::cosine<T>(any()), mis::pdf_forward<T>(any()),
+                                                        mis::pdf_reverse<T>(any()))
+                                  : weigh.scatter(x, mis::cosine<T>(any()), mis::pdf_forward<T>(any()),
+                                                  mis::pdf_reverse<T>(any()), any_or_1());
+            }
+        };
+        const auto camera = end(g.chance(0.5)), light = end(g.chance(0.5));
+        const auto hittable_camera = end(true), hittable_light = end(true);
+        const auto x = walk(weigh.start_camera(camera)), y = walk(weigh.start_light(light));
+        const mis::subpath_end<T> a{x, mis::cosine<T>(any()), mis::pdf_forward<T>(any()),
+                                    mis::pdf_reverse<T>(any()), any_or_1()};
+        const mis::subpath_end<T> b{y, mis::cosine<T>(any()), mis::pdf_forward<T>(any()),
+                                    mis::pdf_reverse<T>(any()), any_or_1()};
+        const T results[] = {
+            weigh.connection(a, b, distance2()),
+            weigh.next_event(a, light, distance2()),
+            weigh.next_event(a, mis::keep(light), distance2()),
+            weigh.camera_connection(camera, b, distance2()),
+            weigh.camera_connection(camera.direction, b, distance2()),
+            weigh.light_hit(x, hittable_light),
+            c.direct > 0 ? T(0) : weigh.light_hit(x, mis::keep(hittable_light)),
+            weigh.camera_hit(y, hittable_camera),
+            weigh.direct(camera, light, distance2()),
+            weigh.merge(x, y, mis::pdf_to_light<T>(any()), mis::pdf_to_camera<T>(any()), any_or_1())};
+        for (const T w : results)
+            weights += !is_proper(w);
+    }
+    return {weights, states};
+}
+
+} // namespace
+
+TEST_CASE_TEMPLATE("whatever goes in, weights are in [0, 1] and states finite", T, float, double) {
+    const auto check_counts = [](std::pair<int, int> counts) {
+        CHECK(counts.first == 0);
+        if (subnormals) // -ffast-math may leave NaN in a state; no weight shows it
+            CHECK(counts.second == 0);
+    };
+    const auto check_both = [&](auto h, std::uint64_t seed) {
+        check_counts(improper<T, mis::any_techniques>(h, seed));
+        check_counts(improper<T, mis::connected_surfaces>(h, seed + 1));
+    };
+    check_both(mis::balance, 61);
+    check_both(mis::power, 63);
+    check_both(mis::power_heuristic{T(1.5)}, 65);
+    check_both(mis::average, 67);
+    check_both(mis::maximum, 69);
+}
+
+namespace {
+
+// The path in a scene that is 2^exponent times as large.
+template <class T> random_path<T> in_larger_units(random_path<T> path, int exponent) {
+    const T area = std::ldexp(T(1), 2 * exponent), length = std::ldexp(T(1), exponent);
+    path.counts.merge *= area; // pi r^2
+    for (std::size_t i = 0; i < path.vertices.size(); ++i) {
+        auto& x = path.vertices[i];
+        const bool edge_is_finite =
+            i + 1 < path.vertices.size() && path.vertices[i + 1].kind != vertex_kind::infinite_light;
+        if (edge_is_finite)
+            x.distance2_to_light *= area;
+        if (x.kind == vertex_kind::infinite_light)
+            x.pdf_to_camera /= area; // of the perpendicular disk
+        else if (i + 1 == path.vertices.size() || i == 0) {
+            x.pdf_position /= area;
+            x.pdf_next_event /= area;
+        }
+        if (x.kind == vertex_kind::medium) {
+            x.pdf_distance_from_camera /= length;
+            x.pdf_distance_from_light /= length;
+            x.merge_factor *= length; // a kernel's volume over a disk's area
+        }
+    }
+    return path;
+}
+
+} // namespace
+
+TEST_CASE("weights do not depend on the unit of length: counts for the scene's size") {
+    // Power 2 in float is the narrowest. Whoever says how large the scene is gets the unscaled path's weights
+    // whether it is in micrometres or in thousands of kilometres; who does not, from 1e-5 to 1e2 of what the
+    // densities are.
+    generator g(81);
+    double with_size = 0, without_within = 0, without_beyond = 0;
+    for (int sample = 0; sample < 4'000; ++sample) {
+        auto path = make_path<float>(g, g.integer(2, 6), {2, 2, 1e-1, 0});
+        path.counts.direct = 0;
+        const int n = path.size();
+        for (const int exponent : {-20, -17, -13, 7, 13, 20}) { // 2^20 is 1e6
+            double& without = exponent >= -17 && exponent <= 7 ? without_within : without_beyond;
+            const auto larger = in_larger_units(path, exponent);
+            const auto counts = mis::for_scene_of_size(larger.counts, std::ldexp(1.f, exponent));
+            for (int k = 0; k < mis::technique_count(n); ++k) {
+                const auto weight = [&](const auto& c, const auto& p) {
+                    return static_cast<double>(
+                        mis::weight_in_subpaths(mis::power, c, p.data(), n, mis::technique_at(n, k)));
+                };
+                const double exact = weight(path.counts, path);
+                with_size = std::max(with_size, std::fabs(weight(counts, larger) - exact));
+                without = std::max(without, std::fabs(weight(larger.counts, larger) - exact));
+            }
+        }
+    }
+    std::printf("scenes of 1e-6 to 1e6: weights differ by %.2g; where the size is not told, by %.2g from "
+                "1e-5 to 1e2, "
+                "beyond by %.2g\n",
+                with_size, without_within, without_beyond);
+    CHECK(with_size <= 1e-9);
+    CHECK(without_within <= 1e-6);
+    CHECK(without_beyond > 0.1);
+}
+
+TEST_CASE_TEMPLATE("step is scatter and arrive", T, float, double) {
+    generator g(71);
+    worst_case worst;
+    const auto compare = [&](const auto& weigh, int sample) {
+        const auto number = [&] { return g.log_uniform<T>(-3, 3); };
+        const mis::subpath_state<T> x{number(), number()};
+        const T cos_out = number(), forward = number(), reverse = number(), distance2 = number(),
+                cos_in = number(), merge_factor = number(), there = number(), back = number();
+        const auto one =
+            weigh.step(x, mis::cosine_out{cos_out}, mis::pdf_forward{forward}, mis::pdf_reverse{reverse},
+                       mis::squared_distance{distance2}, mis::cosine_in{cos_in}, merge_factor,
+                       mis::pdf_distance_forward{there}, mis::pdf_distance_reverse{back});
+        const auto two = weigh.arrive(weigh.scatter(x, mis::cosine{cos_out}, mis::pdf_forward{forward},
+                                                    mis::pdf_reverse{reverse}, merge_factor),
+                                      mis::squared_distance{distance2}, mis::cosine{cos_in},
+                                      mis::pdf_distance_forward{there}, mis::pdf_distance_reverse{back});
+        CHECK((one.a < 0) == (two.a < 0));
+        worst.see(ulp_distance(std::fabs(one.a), std::fabs(two.a)), sample);
+        worst.see(ulp_distance(one.b, two.b), sample);
+    };
+    for (int sample = 0; sample < 10'000; ++sample) {
+        auto c = random_counts<T>(g);
+        compare(mis::path_weights{mis::balance, c}, sample);
+        c.connection = 1;
+        c.direct = 0;
+        compare(mis::path_weights{mis::balance, c, mis::connected_surfaces{}}, sample);
+    }
+    CHECK(worst.error <= 8);
 }
 
 TEST_CASE_TEMPLATE("maximum: two techniques exactly tied get one half each", T, float, double) {

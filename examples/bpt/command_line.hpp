@@ -3,9 +3,7 @@
 
 #include "algorithms.hpp"
 #include "render.hpp"
-#include <CLI/CLI.hpp>
-#include <csignal>
-#include <unistd.h>
+#include <tools/program.hpp>
 
 namespace bpt {
 
@@ -21,7 +19,9 @@ struct options {
 
 inline void add_options(CLI::App& app, options& o) {
     using CLI::Range;
-    const auto above_0_to = [](double most) { return Range(std::numeric_limits<double>::min(), most); };
+    const auto above_0_to = [](double most) {
+        return Range(std::numeric_limits<double>::min(), most) & tools::is_number;
+    };
     std::vector<std::string> scenes = scene_names();
     scenes.insert(scenes.end(), study_scene_names().begin(), study_scene_names().end());
     scenes.push_back("all");
@@ -74,40 +74,20 @@ inline const std::vector<std::string>& scenes_of(const options& o) {
     return o.scenes == std::vector<std::string>{"all"} ? scene_names() : o.scenes;
 }
 
-// Set by an interruption (Control-C): the pass at hand is finished, and what there is is written.
-inline volatile std::sig_atomic_t interrupted = 0;
-
-// Parses the command line, makes the folder --output, and does the work; what goes wrong is one line on
-// standard error. Returns the exit status: 2 where something went wrong, 130 after an interruption, else
-// run()'s.
+// Makes the folder --output and renders, as tools::run_program does.
 template <class Run>
 int run_program(CLI::App& app, const options& o, int count, char** arguments, Run&& run) {
-    try {
-        app.parse(count, arguments);
-        std::error_code failure;
-        std::filesystem::create_directories(o.output, failure);
-        if (failure)
-            throw std::runtime_error("--output '" + o.output + "' is no folder that can be written to");
-        std::signal(SIGINT, [](int) { interrupted = 1; });
-        const int status = run();
-        return interrupted ? 130 : status;
-    } catch (const CLI::CallForHelp& help) {
-        return app.exit(help);
-    } catch (const std::exception& error) {
-        std::fprintf(stderr, "%s: %s\n", std::filesystem::path(arguments[0]).filename().c_str(),
-                     error.what());
-        return 2;
-    }
+    return tools::run_program(app, count, arguments, [&] {
+        tools::make_folder(o.output);
+        tools::finish_when_interrupted();
+        return run();
+    });
 }
 
-// One line on a terminal, that the next one overwrites.
+// One line on a terminal.
 inline void show_progress(const std::string& what, int done, int all) {
-    if (isatty(STDERR_FILENO))
-        std::fprintf(
-            stderr, "\r\033[K%s",
-            done < all
-                ? (what + ": " + std::to_string(done) + " of " + std::to_string(all) + " passes").c_str()
-                : "");
+    const std::string passes = std::to_string(done) + " of " + std::to_string(all) + " passes";
+    tools::show_progress(done < all && !tools::interrupted ? what + ": " + passes : "");
 }
 
 } // namespace bpt

@@ -3,10 +3,11 @@
 #include <ImfFrameBuffer.h>
 #include <ImfHeader.h>
 #include <ImfOutputFile.h>
+#include <ImfStdIO.h>
 #include <algorithm>
 #include <cmath>
 #include <png.h>
-#include <stdexcept>
+#include <tools/files.hpp>
 
 namespace bpt {
 
@@ -23,8 +24,6 @@ unsigned char to_srgb(double linear) {
     return static_cast<unsigned char>(255 * encoded + 0.5);
 }
 
-} // namespace
-
 void write_png(const std::string& file, const film& film, double exposure) {
     std::vector<unsigned char> rgb;
     for (const glm::dvec3& pixel : film.sum.pixels)
@@ -35,9 +34,12 @@ void write_png(const std::string& file, const film& film, double exposure) {
     png.width = png.height = static_cast<png_uint_32>(film.sum.width);
     png.format = PNG_FORMAT_RGB;
     if (!png_image_write_to_file(&png, file.c_str(), 0, rgb.data(), 0, nullptr))
-        throw std::runtime_error("cannot write " + file);
+        throw std::runtime_error("'" + file + "' cannot be written: " + png.message);
 }
 
+} // namespace
+
+// By way of memory: OpenEXR does not tell of an error in the last bytes.
 void write_exr(const std::string& file, const film& film) {
     const int width = film.sum.width;
     std::vector<float> data; // R, G, B of each pixel
@@ -53,13 +55,22 @@ void write_exr(const std::string& file, const film& film) {
         buffer.insert(names[channel], Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(data.data() + channel),
                                                  stride, stride * static_cast<std::size_t>(width)));
     }
-    try {
-        Imf::OutputFile out(file.c_str(), header);
+    Imf::StdOSStream memory;
+    {
+        Imf::OutputFile out(memory, header);
         out.setFrameBuffer(buffer);
         out.writePixels(width);
-    } catch (const std::exception&) {
-        throw std::runtime_error("cannot write " + file);
     }
+    tools::write_file(file, memory.str());
+}
+
+void write_image(const std::string& base, const film& film, double exposure) {
+    tools::attempts both;
+    if (film.passes > 0) {
+        both.run([&] { write_png(base + ".png", film, exposure); });
+        both.run([&] { write_exr(base + ".exr", film); });
+    }
+    both.finish();
 }
 
 } // namespace bpt

@@ -22,9 +22,9 @@ struct film {
     explicit film(int width) : sum(black(width)) {}
 };
 
-// The mean of all passes, brightened, as sRGB (what is above 1 is clipped); and as it is. Each throws
-// std::runtime_error with the file's name when it cannot write.
-void write_png(const std::string& file, const film& film, double exposure);
+// The mean of all passes as it is; and, as BASE.png and BASE.exr, also brightened, in sRGB (what is above 1
+// is clipped): none where there is no pass yet. Throws std::runtime_error with what cannot be written.
 void write_exr(const std::string& file, const film& film);
+void write_image(const std::string& base, const film& film, double exposure);
 
 } // namespace bpt

@@ -13,17 +13,109 @@ namespace {
 
 constexpr std::size_t chunk = std::size_t(256) << 10;
 
-void note_failure(line_reader& r) {
-    int error = Z_OK;
-    const char* message = gzerror(r.file.get(), &error);
-    if (error == Z_OK || error == Z_STREAM_END)
-        return;
-    if (error == Z_ERRNO)
-        r.failure = std::strerror(errno);
-    else if (error == Z_BUF_ERROR)
-        r.failure = "the compressed data is cut off";
-    else
-        r.failure = *message ? message : "the compressed data is damaged";
+// Reads bytes as they are stored; 0 at the end, and after a failure.
+std::size_t read_stored(line_reader& r, char* to, std::size_t most) {
+    for (;;) {
+        const ssize_t got = read(r.file->descriptor, to, most);
+        if (got < 0 && errno == EINTR)
+            continue;
+        if (got < 0)
+            r.failure = std::strerror(errno);
+        r.bytes_read += std::max<ssize_t>(got, 0);
+        return static_cast<std::size_t>(std::max<ssize_t>(got, 0));
+    }
+}
+
+bool starts_gzip(const char* bytes, std::size_t count) {
+    return count >= 2 && bytes[0] == '\x1f' && bytes[1] == '\x8b';
+}
+
+// Goes on with the next member of a compressed file, if one follows. Anything else is not what gzip writes.
+bool begin_member(line_reader& r) {
+    z_stream& z = *r.gzip;
+    if (z.avail_in < 2) { // the two bytes that begin a member may be apart
+        std::memmove(r.stored.data(), z.next_in, z.avail_in);
+        z.next_in = reinterpret_cast<unsigned char*>(r.stored.data());
+        while (z.avail_in < 2) {
+            const std::size_t got = read_stored(r, r.stored.data() + z.avail_in, chunk - z.avail_in);
+            z.avail_in += static_cast<unsigned>(got);
+            if (got == 0)
+                break;
+        }
+    }
+    if (z.avail_in == 0 || !r.failure.empty())
+        return false;
+    if (!starts_gzip(reinterpret_cast<const char*>(z.next_in), z.avail_in)) {
+        r.failure = "something else follows the compressed data";
+        return false;
+    }
+    r.is_between_members = false;
+    return inflateReset(&z) == Z_OK;
+}
+
+// Reads decompressed bytes; 0 at the end, and after a failure.
+std::size_t read_compressed(line_reader& r, char* to, std::size_t most) {
+    z_stream& z = *r.gzip;
+    z.next_out = reinterpret_cast<unsigned char*>(to);
+    z.avail_out = static_cast<unsigned>(most);
+    while (z.avail_out > 0) {
+        if (r.is_between_members && !begin_member(r))
+            break;
+        if (z.avail_in == 0) {
+            z.next_in = reinterpret_cast<unsigned char*>(r.stored.data());
+            z.avail_in = static_cast<unsigned>(read_stored(r, r.stored.data(), chunk));
+        }
+        if (z.avail_in == 0 && r.failure.empty())
+            r.failure = "the compressed data is cut off";
+        if (!r.failure.empty())
+            break;
+        const int status = inflate(&z, Z_NO_FLUSH);
+        r.is_between_members = status == Z_STREAM_END;
+        if (status != Z_OK && status != Z_STREAM_END && status != Z_BUF_ERROR) {
+            r.failure = z.msg                   ? z.msg
+                        : status == Z_MEM_ERROR ? "out of memory"
+                                                : "the compressed data is damaged";
+            break;
+        }
+    }
+    return most - z.avail_out;
+}
+
+// The first bytes tell whether a file is compressed.
+std::size_t read_first(line_reader& r, char* to, std::size_t most) {
+    std::size_t count = 0;
+    while (count < 2) {
+        const std::size_t got = read_stored(r, to + count, most - count);
+        count += got;
+        if (got == 0)
+            break;
+    }
+    if (!starts_gzip(to, count))
+        return count;
+    constexpr int with_gzip_header = 15 + 16;
+    auto z = std::make_unique<z_stream>();
+    *z = {};
+    if (inflateInit2(z.get(), with_gzip_header) != Z_OK) {
+        r.failure = "out of memory";
+        return 0;
+    }
+    r.gzip.reset(z.release());
+    r.stored.assign(to, to + count);
+    r.stored.resize(chunk);
+    r.gzip->next_in = reinterpret_cast<unsigned char*>(r.stored.data());
+    r.gzip->avail_in = static_cast<unsigned>(count);
+    return read_compressed(r, to, most);
+}
+
+// Text of two or four bytes per character, with or without a byte order mark. JSON has no byte 0.
+const char* wide_encoding(std::string_view text) {
+    const auto starts = [&](std::string_view with) { return text.substr(0, with.size()) == with; };
+    using namespace std::string_view_literals;
+    if (starts("\xff\xfe\0\0"sv) || starts("\0\0\xfe\xff"sv) || starts("{\0\0\0"sv) || starts("\0\0\0{"sv))
+        return "UTF-32";
+    if (starts("\xff\xfe"sv) || starts("\xfe\xff"sv) || starts("{\0"sv) || starts("\0{"sv))
+        return "UTF-16";
+    return nullptr;
 }
 
 // Reads more behind what is not read yet, which moves to the buffer's front.
@@ -35,12 +127,17 @@ void fill(line_reader& r) {
     r.end = unread;
     if (r.buffer.size() < unread + chunk + line_padding)
         r.buffer.resize(2 * unread + chunk + line_padding);
-    const int got = gzread(r.file.get(), r.buffer.data() + r.end, chunk);
-    if (got > 0)
-        r.end += static_cast<std::size_t>(got);
-    if (got < static_cast<int>(chunk)) {
+    char* const to = r.buffer.data() + r.end;
+    const bool is_first = r.bytes_read == 0;
+    const std::size_t got = is_first ? read_first(r, to, chunk)
+                            : r.gzip ? read_compressed(r, to, chunk)
+                                     : read_stored(r, to, chunk);
+    r.end += got;
+    r.is_at_end = got == 0 || !r.failure.empty();
+    if (const char* const name = is_first ? wide_encoding({to, got}) : nullptr) {
+        r.failure = std::string("the text is ") + name + ", not UTF-8";
+        r.end = r.begin;
         r.is_at_end = true;
-        note_failure(r);
     }
 }
 
@@ -51,13 +148,7 @@ bool open_lines(line_reader& r, int descriptor) {
     struct stat info {};
     if (fstat(descriptor, &info) == 0 && S_ISREG(info.st_mode))
         r.file_size = info.st_size;
-    r.file.reset(gzdopen(descriptor, "rb"));
-    if (!r.file) {
-        r.failure = "out of memory";
-        close(descriptor);
-        return false;
-    }
-    gzbuffer(r.file.get(), chunk);
+    r.file.reset(new close_descriptor{descriptor});
     return true;
 }
 
@@ -72,7 +163,7 @@ bool open_lines(line_reader& r, const std::string& name) {
 }
 
 line_status next_line(line_reader& r, std::string_view& line) {
-    std::size_t searched = 0;
+    std::size_t searched = 0, skipped = 0;
     bool is_too_long = false;
     for (;;) {
         const std::size_t unread = r.end - r.begin;
@@ -91,21 +182,23 @@ line_status next_line(line_reader& r, std::string_view& line) {
             r.begin += length + 1;
         } else {
             is_too_long |= unread > longest_line;
-            if (is_too_long)
+            if (is_too_long) {
+                skipped += unread;
                 r.begin = r.end;
+            }
             searched = r.end - r.begin;
             fill(r);
+            if (skipped > longest_skipped) {
+                r.failure = "a line is longer than 1 GiB";
+                r.is_at_end = true;
+                r.begin = r.end;
+            }
             continue;
         }
         ++r.line;
         line = {first, length};
         return is_too_long || length > longest_line ? line_status::too_long : line_status::line;
     }
-}
-
-std::int64_t bytes_read(const line_reader& r) {
-    const std::int64_t stored = gzoffset(r.file.get());
-    return stored >= 0 ? stored : gztell(r.file.get()); // a pipe has no offset
 }
 
 } // namespace check_paths

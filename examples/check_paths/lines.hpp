@@ -5,21 +5,34 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <unistd.h>
 #include <vector>
 #include <zlib.h>
 
 namespace check_paths {
 
-struct close_gzip {
-    void operator()(gzFile file) const { gzclose(file); }
+struct close_descriptor {
+    int descriptor;
+    ~close_descriptor() { close(descriptor); }
+};
+struct end_inflate {
+    void operator()(z_stream* stream) const {
+        inflateEnd(stream);
+        delete stream;
+    }
 };
 
-// A file that is being read. gzip's own reader passes plain files through unchanged.
+// A file that is being read.
 struct line_reader {
-    std::unique_ptr<gzFile_s, close_gzip> file;
+    std::unique_ptr<close_descriptor> file;
     std::int64_t file_size = -1; // as stored, compressed or not; -1 where unknown, as of a pipe
+    std::int64_t bytes_read = 0; // so far, on the same scale
     std::int64_t line = 0;       // number of the last line read, from 1
     std::string failure;         // why reading ended before the file did
+
+    std::unique_ptr<z_stream, end_inflate> gzip; // none: the file is plain
+    std::vector<char> stored;                    // compressed, what gzip points to
+    bool is_between_members = false;             // gzip may end here, or go on with another one
 
     std::vector<char> buffer;
     std::size_t begin = 0, end = 0; // the part of the buffer that is not read yet
@@ -28,8 +41,8 @@ struct line_reader {
 
 enum class line_status { line, too_long, end, failed };
 
-// Longer lines are skipped.
-inline constexpr std::size_t longest_line = std::size_t(16) << 20;
+// Longer lines are skipped; one that is much longer is no line, and reading fails.
+inline constexpr std::size_t longest_line = std::size_t(16) << 20, longest_skipped = std::size_t(1) << 30;
 
 // So many bytes behind a line may be read, whatever they are: the JSON parser looks ahead.
 inline constexpr std::size_t line_padding = 64;
@@ -41,10 +54,8 @@ bool open_lines(line_reader& reader, const std::string& name);
 bool open_lines(line_reader& reader, int descriptor);
 
 // The next line without its end, valid until the next call. `failed`: the rest cannot be read (a compressed
-// file that is cut off, a device's error); a line that has been read in part only is dropped.
+// file that is cut off or followed by something else, a device's error, text in UTF-16); a line that has been
+// read in part only is dropped.
 line_status next_line(line_reader& reader, std::string_view& line);
-
-// How far reading has come, on the scale of file_size.
-std::int64_t bytes_read(const line_reader& reader);
 
 } // namespace check_paths

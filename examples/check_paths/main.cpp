@@ -1,9 +1,7 @@
 // Reads a renderer's weighted paths and reports whether their weights are right.
 #include "report.hpp"
-#include <CLI/CLI.hpp>
 #include <chrono>
-#include <cstdio>
-#include <unistd.h>
+#include <tools/program.hpp>
 
 namespace {
 
@@ -11,13 +9,11 @@ struct options {
     std::string file;
     double tolerance = 1e-4;
     std::size_t examples = 2;
+    std::int64_t most_malformed = 10'000;
     bool json = false;
 };
 
-[[noreturn]] void fail(const std::string& message) {
-    std::fprintf(stderr, "check_paths: %s\n", message.c_str());
-    std::exit(2);
-}
+[[noreturn]] void fail(const std::string& message) { throw std::runtime_error(message); }
 
 // On a terminal, a line that is overwritten a few times a second.
 struct progress {
@@ -35,7 +31,7 @@ void show_progress(progress& p, const check_paths::line_reader& lines) {
     if (now < p.next)
         return;
     p.next = now + milliseconds(200);
-    const double read = static_cast<double>(check_paths::bytes_read(lines)) / 1e6;
+    const double read = static_cast<double>(lines.bytes_read) / 1e6;
     const double seconds = duration<double>(now - p.start).count();
     std::fprintf(stderr, "\r\033[K%.1f", read);
     if (lines.file_size > 0)
@@ -54,8 +50,14 @@ check_paths::report check(check_paths::path_reader& reader, const options& o) {
     check_paths::report report;
     report.diagnosis.tolerance = o.tolerance;
     progress shown;
-    while (check_paths::add_next(report, reader))
+    while (check_paths::add_next(report, reader)) {
         show_progress(shown, reader.lines);
+        if (report.malformed_lines > o.most_malformed)
+            report.failure =
+                "given up: more than " + std::to_string(o.most_malformed) + " lines are no records";
+        if (!report.failure.empty())
+            break;
+    }
     clear_progress(shown);
     return report;
 }
@@ -70,8 +72,7 @@ int run(const options& o) {
         std::printf("%s\n", check_paths::to_json(report, found).dump(2).c_str());
     else
         check_paths::print(report, found, stdout);
-    if (std::fflush(stdout) != 0)
-        fail("the report cannot be written");
+    tools::finish_standard_output();
     const bool is_empty = report.all.records == 0;
     if (!report.failure.empty())
         fail("'" + o.file + "' cannot be read" + (is_empty ? "" : " to its end") + ": " + report.failure);
@@ -83,8 +84,10 @@ int run(const options& o) {
 } // namespace
 
 int main(int count, char** arguments) {
-    CLI::App app{"Checks the weights of a renderer's paths, written down as docs/path_dump.md describes.\n"
-                 "Exit status: 0 all agree, 1 some do not, 2 not all of the input could be read."};
+    CLI::App app{
+        "Checks the weights of a renderer's paths, written down as docs/path_dump.md describes.\n"
+        "Exit status: 0 all agree, 1 some do not, 2 not all of the input could be read, or the report not "
+        "written.\nLines of more than 16 MiB or 1000 vertices are no records."};
     options o;
     app.add_option("FILE", o.file, "path dump, JSON Lines, also compressed with gzip; - is standard input")
         ->required();
@@ -93,19 +96,13 @@ int main(int count, char** arguments) {
     app.add_option("--examples", o.examples, "records to show for each suspect")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
+    app.add_option("--most-malformed", o.most_malformed, "give up after more lines that are no records")
+        ->check(CLI::NonNegativeNumber)
+        ->capture_default_str();
     app.add_flag("--json", o.json, "print the report as JSON");
-    try {
-        app.parse(count, arguments);
-    } catch (const CLI::CallForHelp& help) {
-        return app.exit(help);
-    } catch (const CLI::ParseError& error) {
-        fail(error.what());
-    }
-    if (!(o.tolerance >= 0 && o.tolerance < 1))
-        fail("--tolerance must be at least 0 and below 1");
-    try {
+    return tools::run_program(app, count, arguments, [&] {
+        if (!(o.tolerance >= 0 && o.tolerance < 1))
+            fail("--tolerance must be at least 0 and below 1");
         return run(o);
-    } catch (const std::exception& error) {
-        fail(error.what());
-    }
+    });
 }

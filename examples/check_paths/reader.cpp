@@ -257,6 +257,9 @@ void read_vertices(const element& value, std::vector<mis::recorded_vertex>& vert
         fail_type("vertices", value, "an array");
     vertices.clear();
     geometry.clear();
+    if (const std::size_t count = array.size(); count > most_vertices)
+        fail("a path has at most " + std::to_string(most_vertices) + " vertices, not " +
+             std::to_string(count));
     for (const element vertex : array) {
         try {
             read_vertex(vertex, vertices.emplace_back(), geometry.emplace_back());

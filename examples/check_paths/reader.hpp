@@ -14,6 +14,9 @@
 
 namespace check_paths {
 
+// A line with more vertices is no record: thousands of records are kept to search for mistakes in.
+inline constexpr std::size_t most_vertices = 1000;
+
 struct path_reader {
     line_reader lines;
 

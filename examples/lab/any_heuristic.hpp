@@ -16,8 +16,8 @@ struct any_heuristic {
         switch (kind) {
         case heuristic_kind::average:
             return visit(mis::average);
-        case heuristic_kind::power:
-            return visit(mis::power_heuristic{parameter});
+        case heuristic_kind::power: // 2 without pow, which would take longer than all else
+            return parameter == 2 ? visit(mis::power) : visit(mis::power_heuristic{parameter});
         case heuristic_kind::maximum:
             return visit(mis::maximum);
         default:
@@ -29,8 +29,8 @@ struct any_heuristic {
             return mis::cutoff_heuristic{parameter}.share(q, largest);
         return visit([&](const auto& h) { return h.share(q, largest); });
     }
-    template <class T> T raise(T x) const {
-        return visit([&](const auto& h) { return h.raise(x); });
+    template <class T> T times(T s, T x) const {
+        return visit([&](const auto& h) { return h.times(s, x); });
     }
     template <class T> T join(T x, T y) const {
         return visit([&](const auto& h) { return h.join(x, y); });

@@ -5,7 +5,7 @@
 #include <bpt/command_line.hpp>
 #include <chrono>
 #include <cstdio>
-#include <fstream>
+#include <sstream>
 
 namespace {
 
@@ -30,9 +30,10 @@ void add_options(CLI::App& app, options& o) {
     bpt::add_options(app, o);
     app.add_option("--heuristic", o.heuristic, "that weighs the techniques")
         ->check(CLI::IsMember(heuristics));
-    app.add_option("--alpha", o.alpha, "threshold of the cutoff heuristic")->check(Range(0.0, 1.0));
+    app.add_option("--alpha", o.alpha, "threshold of the cutoff heuristic")
+        ->check(Range(0.0, 1.0) & tools::is_number);
     app.add_option("--scale", o.scale, "of all lengths in the scene; the image is the same for any")
-        ->check(Range(1e-6, 1e6));
+        ->check(Range(1e-6, 1e6) & tools::is_number);
     app.add_option("--scalar", o.scalar, "of the renderer")->check(CLI::IsMember({"float", "double"}));
     app.add_option("--max-camera-vertices", o.max_camera_vertices,
                    "of a camera walk, its lens point included")
@@ -79,6 +80,12 @@ void check_options(const options& o) {
     refuse(o.optimal > 0 && o.random_connection, "--optimal wants all connections, not --random-connection");
     refuse(o.optimal > 0 && bpt::algorithms(1.0, 1.0).at(o.algorithm).is_progressive && o.radius_alpha < 1,
            "--optimal wants a radius that stays: --radius-alpha 1");
+    // lab::technique_film
+    const double pixels = double(o.size) * o.size,
+                 images = 2.0 * (bpt::longest_path + 1) * (bpt::longest_path + 1);
+    const double memory = double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGESIZE));
+    refuse(pixels * images * sizeof(glm::dvec3) > memory,
+           "--size needs more memory than this machine has: the images of all techniques");
     refuse(!o.reference.empty() && (o.demo || bpt::scenes_of(o).size() > 1),
            "--reference is the image of one scene");
 }
@@ -127,11 +134,6 @@ bool print_checks(const std::string& scene, const options& o, const lab::weight_
     return good;
 }
 
-void write_image(const std::string& base, const bpt::film& film, double exposure) {
-    bpt::write_png(base + ".png", film, exposure);
-    bpt::write_exr(base + ".exr", film);
-}
-
 bool is_power_of_4(int n) {
     while (n % 4 == 0)
         n /= 4;
@@ -145,30 +147,37 @@ struct snapshots {
     std::string base;
     double exposure;
     std::optional<lab::image> reference;
-    std::ofstream table;
+    tools::line_file table;
     seconds rendered{0}; // time, without that spent here
     std::chrono::steady_clock::time_point since;
 
     snapshots(const options& o, const std::string& name, double exposure_of_scene)
-        : base(o.output + "/" + name), exposure(exposure_of_scene) {
-        if (!o.reference.empty())
-            reference = lab::read_exr(o.reference, o.size);
-        table.open(base + "-convergence.csv");
-        table << "passes,seconds" << (reference ? ",rms_error" : "") << std::endl;
+        : base(o.output + "/" + name), exposure(exposure_of_scene), reference(reference_of(o)),
+          table(base + "-convergence.csv") {
+        table.add(std::string("passes,seconds") + (reference ? ",rms_error" : ""));
+        table.finish();
         since = std::chrono::steady_clock::now();
+    }
+    // Before the table, which stays as it is where the reference cannot be read.
+    static std::optional<lab::image> reference_of(const options& o) {
+        return o.reference.empty() ? std::nullopt : std::optional(lab::read_exr(o.reference, o.size));
     }
     void end_pass(const bpt::film& film, bool is_last) {
         rendered += std::chrono::steady_clock::now() - since;
+        tools::attempts both;
         const bool is_due = is_power_of_4(film.passes);
         if (is_due)
-            write_image(base + "-passes-" + std::to_string(film.passes), film, exposure);
+            both.run(
+                [&] { bpt::write_image(base + "-passes-" + std::to_string(film.passes), film, exposure); });
         if (is_due || is_last) {
-            table << film.passes << ',' << rendered.count();
+            std::ostringstream line;
+            line << film.passes << ',' << rendered.count();
             if (reference)
-                table << ',' << lab::rms_error(film, *reference);
-            if (!(table << std::endl))
-                throw std::runtime_error("cannot write " + base + "-convergence.csv");
+                line << ',' << lab::rms_error(film, *reference);
+            table.add(line.str());
+            both.run([&] { table.finish(); });
         }
+        both.finish();
         since = std::chrono::steady_clock::now();
     }
 };
@@ -195,26 +204,21 @@ struct optimal_image {
 
 // What --dump writes: whole lines, at most a number of each scene.
 struct dump_file {
-    std::string name;
-    std::ofstream out;
+    std::optional<tools::line_file> out;
     int most, written = 0; // of a scene
 
-    explicit dump_file(const options& o) : name(o.dump), most(o.dump_limit) {
-        if (name.empty())
-            return;
-        out.open(name);
-        if (!out)
-            throw std::runtime_error("--dump '" + name + "' cannot be written");
+    explicit dump_file(const options& o) : most(o.dump_limit) {
+        if (!o.dump.empty())
+            out.emplace(o.dump);
     }
     void add(const std::vector<std::string>& lines) {
         for (const auto& line : lines)
             if (written < most)
-                out << line << '\n', ++written;
+                out->add(line), ++written;
     }
-    void flush() {
-        if (!name.empty() && !out.flush())
-            throw std::runtime_error("--dump '" + name + "': the last " + std::to_string(written) +
-                                     " paths could not all be written");
+    void finish() {
+        if (out)
+            out->finish();
     }
 };
 
@@ -242,6 +246,7 @@ rendered render_scene(const std::string& name, const options& o, bool write_imag
     lab::comparison comparison(o.size);
     lab::weight_checks checks;
     dump.written = 0;
+    tools::attempts files;
     lab::render(scene, settings, [&](const lab::pass_result<Real>& result) {
         for (const auto& row : result.rows) {
             for (const auto& c : row.contributions)
@@ -253,23 +258,27 @@ rendered render_scene(const std::string& name, const options& o, bool write_imag
         if (optimal)
             optimal->add(result);
         film.passes = result.pass + 1;
+        const bool goes_on = tools::interrupted == 0;
         if (snapshots)
-            snapshots->end_pass(film, film.passes == o.samples);
+            files.run([&] { snapshots->end_pass(film, film.passes == o.samples || !goes_on); });
         bpt::show_progress(name, film.passes, o.samples);
-        return bpt::interrupted == 0;
+        return goes_on;
     });
-    dump.flush();
-    if (write_images) {
-        const std::string base = o.output + "/" + name;
-        write_image(base, film, exposure);
-        lab::write_pyramid(base + "-pyramid.png", film, exposure);
+    files.run([&] { dump.finish(); });
+    const std::string base = o.output + "/" + name;
+    if (write_images && film.passes > 0) {
+        files.run([&] { bpt::write_image(base, film, exposure); });
+        files.run([&] { lab::write_pyramid(base + "-pyramid.png", film, exposure); });
         if (optimal)
-            write_image(base + "-optimal", optimal->film, exposure);
+            files.run([&] { bpt::write_image(base + "-optimal", optimal->film, exposure); });
     }
-    if (write_images && settings.mistakes.any()) {
-        lab::write_comparison(o.output + "/" + name + "-mistake.png", film, comparison.right, exposure);
+    if (write_images && settings.mistakes.any() && film.passes > 0) {
+        files.run([&] { lab::write_comparison(base + "-mistake.png", film, comparison.right, exposure); });
         std::printf("%s: %s\n", name.c_str(), lab::change_of(comparison, film.passes).c_str());
     }
+    if (tools::interrupted)
+        tools::report_interruption(name, film.passes, o.samples);
+    files.finish();
     return {checks, {name, film.sum, exposure / film.passes}};
 }
 
@@ -292,7 +301,7 @@ outcome run(const options& o, bool write_images, dump_file& dump) {
         all.paths += r.checks.paths;
         images.push_back(r.image);
         std::fflush(stdout);
-        if (bpt::interrupted)
+        if (tools::interrupted)
             return all;
     }
     if (write_images && images.size() > 1)
@@ -306,7 +315,7 @@ outcome run_demo(options o, dump_file& dump) {
     o.scenes = {"all"};
     o.scalar = "double";
     const outcome in_double = run(o, true, dump);
-    if (bpt::interrupted)
+    if (tools::interrupted)
         return in_double;
     o.scalar = "float";
     const outcome in_float = run(o, false, dump);
@@ -322,7 +331,9 @@ outcome run_demo(options o, dump_file& dump) {
 
 int main(int count, char** arguments) {
     CLI::App app{"Renders small scenes with the reference bidirectional path tracer and weighs every path "
-                 "three ways.\nExit status: 0 all weights agree, 1 some do not, 2 bad input or output."};
+                 "three ways.\nExit status: 0 all weights agree, 1 some do not, 2 bad input or output,\n130 "
+                 "interrupted: the image is of the "
+                 "passes that were done."};
     options o;
     add_options(app, o);
     return bpt::run_program(app, o, count, arguments, [&] {
@@ -331,8 +342,6 @@ int main(int count, char** arguments) {
         if (!o.no_checks)
             print_heading();
         const outcome result = o.demo ? run_demo(o, dump) : run(o, true, dump);
-        if (std::fflush(stdout) != 0)
-            throw std::runtime_error("standard output cannot be written");
         return result.good ? 0 : 1;
     });
 }

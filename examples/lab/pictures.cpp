@@ -7,7 +7,7 @@
 #include <cairo.h>
 #include <cmath>
 #include <memory>
-#include <stdexcept>
+#include <tools/files.hpp>
 
 namespace lab {
 
@@ -156,8 +156,15 @@ void draw_color_bar(const context& c, const color_bar& bar, double x, double y, 
 }
 
 void write(const surface& s, const std::string& file) {
-    if (cairo_surface_write_to_png(s.get(), file.c_str()) != CAIRO_STATUS_SUCCESS)
-        throw std::runtime_error("cannot write " + file);
+    std::string png;
+    const auto append = [](void* to, const unsigned char* bytes, unsigned count) {
+        static_cast<std::string*>(to)->append(reinterpret_cast<const char*>(bytes), count);
+        return CAIRO_STATUS_SUCCESS;
+    };
+    if (const auto status = cairo_surface_write_to_png_stream(s.get(), append, &png);
+        status != CAIRO_STATUS_SUCCESS)
+        throw std::runtime_error("'" + file + "' cannot be drawn: " + cairo_status_to_string(status));
+    tools::write_file(file, png);
 }
 
 // Text that is read well where a picture of this width is shown across a page.

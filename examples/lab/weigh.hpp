@@ -236,10 +236,10 @@ template <class Real> path_densities densities_of(const renderer<Real>& r, const
     return all;
 }
 
-// All weights of a path by its throughputs. The throughput form knows counts as they are: a random connection
-// is a factor of its throughput, and so is the area of a merge.
+// The weight of a path's technique by its throughputs. The throughput form knows counts as they are: a random
+// connection is a factor of its throughput, and so is the area of a merge.
 template <class Real>
-void weights_by_throughput(const renderer<Real>& r, const seen_path<Real>& path, Real* out) {
+Real weight_by_throughput(const renderer<Real>& r, const seen_path<Real>& path, mis::technique technique) {
     const int n = path.size, count = mis::technique_count(n);
     const auto path_counts = counts_for(r, path);
     Real throughputs[mis::technique_count(longest_path)], counts[mis::technique_count(longest_path)];
@@ -254,8 +254,8 @@ void weights_by_throughput(const renderer<Real>& r, const seen_path<Real>& path,
         counts[k] = count_with_factors > Real(0) ? count_with_factors * factor / area : Real(0);
         throughputs[k] *= factor;
     }
-    mis::densities_from_throughputs(counts, throughputs, count, out);
-    mis::weights(r.weigh.heuristic, out, count, out);
+    mis::densities_from_throughputs(counts, throughputs, count, throughputs);
+    return mis::weight(r.weigh.heuristic, throughputs, count, mis::technique_index(n, technique));
 }
 
 // The sum of all weights of a path by the recursion.
@@ -291,10 +291,8 @@ void check_weight(const renderer<Real>& r, const seen_path<Real>& path, mis::tec
         return;
     }
     checks.recursion.add(static_cast<double>(weight), by_density.weights[own]);
-
-    Real by_throughput[mis::technique_count(longest_path)];
-    weights_by_throughput(r, path, by_throughput);
-    checks.throughput.add(static_cast<double>(by_throughput[own]), by_density.weights[own]);
+    checks.throughput.add(static_cast<double>(weight_by_throughput(r, path, technique)),
+                          by_density.weights[own]);
     const bool has_recursion = !takes_whole_path(r) && !r.set.merges_once;
     if (checks.paths % 16 == 0 && has_recursion) {
         const double sum = static_cast<double>(sum_by_recursion(r, path, by_density));

@@ -142,8 +142,7 @@ inline void write_panels(const std::string& file, const std::vector<panel>& pane
         detail::draw_text(s, left - gap, top + base, text_size, 1, bar.left);
         detail::draw_text(s, left + gradient.width + gap, top + base, text_size, 0, bar.right);
     }
-    if (!(std::ofstream(file, std::ios::binary) << detail::to_jpeg(s, quality) << std::flush))
-        throw std::runtime_error("'" + file + "' cannot be written");
+    tools::write_file(file, detail::to_jpeg(s, quality));
 }
 
 } // namespace studies

@@ -1,23 +1,17 @@
 // What all studies share: the command line, a table, progress, and checks that pass or fail.
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdarg>
 #include <cstdint>
-#include <cstdio>
-#include <filesystem>
-#include <fstream>
-#include <stdexcept>
-#include <string>
 #include <thread>
+#include <tools/program.hpp>
 #include <type_traits>
-#include <unistd.h>
 #include <vector>
 
 namespace studies {
 
-constexpr const char* exit_statuses = "Exit status: 0 all checks pass, 1 some do not, 2 bad input.";
+constexpr const char* exit_statuses = "Exit status: 0 all checks pass, 1 some do not, 2 bad input or output.";
 
 // The options that all studies have, and those that studies with images have.
 struct common_options {
@@ -33,7 +27,9 @@ struct image_options : common_options {
 template <class T>
 void add_number(CLI::App& app, const std::string& name, T& value, const std::string& what,
                 std::common_type_t<T> least, std::common_type_t<T> greatest) {
-    app.add_option(name, value, what)->check(CLI::Range(least, greatest))->capture_default_str();
+    app.add_option(name, value, what)
+        ->check(CLI::Range(least, greatest) & tools::is_number)
+        ->capture_default_str();
 }
 inline void add_common(CLI::App& app, common_options& o) {
     app.add_option("--output", o.output, "folder to write to")->capture_default_str();
@@ -46,20 +42,11 @@ inline void add_common(CLI::App& app, image_options& o) {
     add_number(app, "--threads", o.threads, "that render", 1, 1024);
 }
 
-// Parses the command line and runs the study; run() tells whether all checks pass. Returns the exit status;
-// what goes wrong is one line.
+// Parses the command line and runs the study, as tools::run_program does; run() tells whether all checks
+// pass.
 template <class Run>
 int run_study(CLI::App& app, const common_options& o, int count, char** arguments, Run&& run) {
-    try {
-        app.parse(count, arguments);
-        return run() || o.report_only ? 0 : 1;
-    } catch (const CLI::CallForHelp& help) {
-        return app.exit(help);
-    } catch (const std::exception& error) {
-        const std::string program = std::filesystem::path(arguments[0]).filename().string();
-        std::fprintf(stderr, "%s: %s\n", program.c_str(), error.what());
-        return 2;
-    }
+    return tools::run_program(app, count, arguments, [&] { return run() || o.report_only ? 0 : 1; });
 }
 
 // A CSV file in a folder that is made where it is missing. Lines are written as they come, so that nothing
@@ -67,20 +54,22 @@ int run_study(CLI::App& app, const common_options& o, int count, char** argument
 class csv_file {
 public:
     csv_file(const std::string& folder, const std::string& name, const std::string& heading)
-        : file(folder + "/" + name) {
-        std::error_code failure; // shows in what follows
-        std::filesystem::create_directories(folder, failure);
-        out.open(file);
+        : file(in_folder(folder, name)) {
         add(heading);
     }
     void add(const std::string& line) {
-        if (!(out << line << std::endl))
-            throw std::runtime_error("'" + file + "' cannot be written");
+        file.add(line);
+        file.finish();
     }
 
 private:
-    std::string file;
-    std::ofstream out;
+    static std::string in_folder(const std::string& folder, const std::string& name) {
+        std::error_code failure; // shows where the file is opened
+        std::filesystem::create_directories(folder, failure);
+        return folder + "/" + name;
+    }
+
+    tools::line_file file;
 };
 
 // printf into a string.
@@ -104,11 +93,7 @@ template <class X, class Y> double log_log_slope(const std::vector<X>& x, const 
     return (count * xy - x_sum * y_sum) / (count * xx - x_sum * x_sum);
 }
 
-// One line on a terminal, that the next one overwrites; empty: no line.
-inline void show_progress(const std::string& line) {
-    if (isatty(STDERR_FILENO))
-        std::fprintf(stderr, "\r\033[K%s", line.c_str());
-}
+using tools::show_progress;
 
 // Prints a check and returns whether it is good.
 inline bool report(bool good, const std::string& what) {

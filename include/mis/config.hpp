@@ -7,6 +7,7 @@
 #endif
 
 #include <cassert>
+#include <cstdint>
 #include <limits>
 #include <mis/version.hpp>
 #include <type_traits>
@@ -52,8 +53,15 @@ template <class T> MIS_HOST_DEVICE constexpr bool is_infinite(T a) { return a > 
 
 // Limits as constants, because device code may not call the functions of std::numeric_limits.
 template <class T> struct limits {
-    static constexpr T largest = std::numeric_limits<T>::max();
+    static_assert(std::numeric_limits<T>::is_specialized,
+                  "mis: this scalar has no limits: specialize std::numeric_limits for it");
+    static constexpr T largest = (std::numeric_limits<T>::max)();
+    static constexpr T least_normal = (std::numeric_limits<T>::min)();
+#ifdef __FAST_MATH__ // where subnormal numbers count as 0
+    static constexpr T least_positive = least_normal;
+#else
     static constexpr T least_positive = std::numeric_limits<T>::denorm_min();
+#endif
     static constexpr T infinity = std::numeric_limits<T>::infinity();
     // Numbers above this count as infinite in the recursion's state. A sixteenth of the largest number, so
     // that the sum of a few saturated terms is still finite, and so that no compiler can prove that nothing
@@ -61,9 +69,24 @@ template <class T> struct limits {
     static constexpr T saturation = largest / 16;
 };
 
-// min(a, saturation), also for +infinity.
+// min(a, saturation), also for +infinity and NaN.
 template <class T> MIS_HOST_DEVICE constexpr T saturate(T a) {
     return select(a < limits<T>::saturation, a, T(limits<T>::saturation));
+}
+
+// The weight of a technique with the density `own`, as computed: in [0, 1], or 0 in place of NaN. `zero` is a
+// 0 that the compiler does not know: where it is in memory this is one instruction. A compiler that assumes
+// finite numbers (-ffast-math) may make 0 / 0 a 1, or leave NaN in, so there `own` and the weight's bits are
+// looked at.
+template <class T> MIS_HOST_DEVICE constexpr T proper(T weight, [[maybe_unused]] T own, T zero) {
+#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
+    if constexpr (std::is_same_v<T, float> || std::is_same_v<T, double>) {
+        using bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
+        const bool is_number = __builtin_bit_cast(bits, weight) < __builtin_bit_cast(bits, T(2));
+        return own > zero && is_number ? smaller(weight, T(1)) : T(0);
+    }
+#endif
+    return larger(zero, weight);
 }
 
 // Densities, throughputs and counts must be non-negative numbers; anything else is a caller's bug. The

@@ -27,6 +27,24 @@ namespace mis {
 // loops.
 enum class heuristic_kind : unsigned char { average, balance, power, cutoff, maximum };
 
+struct balance_heuristic;
+template <class Beta> struct power_heuristic;
+struct two;
+
+namespace detail {
+
+// Whether the heuristic's powers of numbers of T, and sums of as many as there are, surely are numbers of the
+// type in which they are weighed: of floats at most their squares. Then nothing has to be scaled.
+template <class Heuristic, class T> constexpr bool needs_no_scale = false;
+template <> inline constexpr bool needs_no_scale<balance_heuristic, float> = true;
+template <> inline constexpr bool needs_no_scale<power_heuristic<two>, float> = true;
+
+// q as the type in which it is weighed, with a number that beats all others, and whose square is one, for
+// infinity.
+MIS_HOST_DEVICE constexpr double finite_density(float q) { return smaller(static_cast<double>(q), 1e150); }
+
+} // namespace detail
+
 // Weight of the first of two techniques with effective densities a and b.
 template <class Heuristic, class T>
 MIS_HOST_DEVICE constexpr T weight_of_first(const Heuristic& heuristic, T a, T b) {
@@ -34,18 +52,25 @@ MIS_HOST_DEVICE constexpr T weight_of_first(const Heuristic& heuristic, T a, T b
     detail::assert_density(a);
     detail::assert_density(b);
     using W = detail::wide_t<T>;
-    const W low = static_cast<W>(detail::smaller(a, b));
-    const W high = static_cast<W>(detail::larger(a, b));
-    const W share = heuristic.share(low, high);
-    const W weight_of_low = share / (W(1) + share);
-    const W weight = detail::select(a < b, weight_of_low, W(1) - weight_of_low);
-    return static_cast<T>(detail::select(a > T(0), weight, W(0)));
+    if constexpr (detail::needs_no_scale<Heuristic, T>) {
+        const W x = heuristic.times(W(1), detail::finite_density(a));
+        const W y = heuristic.times(W(1), detail::finite_density(b));
+        return static_cast<T>(detail::select(x > W(0), x / (x + y), W(0)));
+    } else {
+        const W low = static_cast<W>(detail::smaller(a, b));
+        const W high = static_cast<W>(detail::larger(a, b));
+        const W share = heuristic.share(low, high);
+        const W weight_of_low = share / (W(1) + share);
+        const W weight = detail::select(a < b, weight_of_low, W(1) - weight_of_low);
+        return static_cast<T>(detail::select(a > T(0), weight, W(0)));
+    }
 }
 
 // Every heuristic is a plain struct of three parts:
-//   share(q, largest)      what technique q gets for each 1 that the largest density gets, in [0, 1];
-//   raise(x), join(x, y)   q^beta and the sum, as the recursion in subpath.hpp needs them (not cutoff's);
-//   against(own, others)   the weight of `own` once all other techniques have been joined into `others`;
+//   share(q, largest)        what technique q gets for each 1 that the largest density gets, in [0, 1];
+//   times(s, x), join(x, y)  s x^beta and the sum, as the recursion in subpath.hpp needs them (not cutoff's);
+//   against(own, others)     the weight of `own` once all other techniques have been joined into `others`;
+//                            NaN where both are 0 or infinite;
 // and of the call operator, the weight of the first of two techniques.
 
 // 1 / M for each of the M techniques with positive density.
@@ -54,15 +79,15 @@ struct average_heuristic {
         const bool possible = q > T(0) && !detail::is_infinite(largest);
         return detail::select(q < largest, detail::select(possible, T(1), T(0)), T(1));
     }
-    template <class T> MIS_HOST_DEVICE constexpr T raise(T x) const {
-        return detail::select(x > T(0), T(1), T(0));
+    template <class T> MIS_HOST_DEVICE constexpr T times(T s, T x) const {
+        return detail::select(x > T(0), s, T(0));
     }
     template <class T> MIS_HOST_DEVICE constexpr T join(T x, T y) const { return x + y; }
     template <class T> MIS_HOST_DEVICE constexpr T against(T own, T others) const {
-        return detail::select(own > T(0), own / (own + others), T(0));
+        return own / (own + others);
     }
     template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const {
-        return weight_of_first(*this, a, b);
+        return mis::weight_of_first(*this, a, b);
     }
 };
 
@@ -71,13 +96,13 @@ struct balance_heuristic {
     template <class T> MIS_HOST_DEVICE constexpr T share(T q, T largest) const {
         return detail::select(q < largest, q / largest, T(1));
     }
-    template <class T> MIS_HOST_DEVICE constexpr T raise(T x) const { return detail::saturate(x); }
+    template <class T> MIS_HOST_DEVICE constexpr T times(T s, T x) const { return s * x; }
     template <class T> MIS_HOST_DEVICE constexpr T join(T x, T y) const { return x + y; }
     template <class T> MIS_HOST_DEVICE constexpr T against(T own, T others) const {
-        return detail::select(own > T(0), own / (own + others), T(0));
+        return own / (own + others);
     }
     template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const {
-        return weight_of_first(*this, a, b);
+        return mis::weight_of_first(*this, a, b);
     }
 };
 
@@ -97,15 +122,13 @@ template <class Beta = two> struct power_heuristic {
     template <class T> MIS_HOST_DEVICE constexpr T share(T q, T largest) const {
         return to_the_beta(detail::select(q < largest, q / largest, T(1)));
     }
-    template <class T> MIS_HOST_DEVICE constexpr T raise(T x) const {
-        return detail::saturate(to_the_beta(x));
-    }
+    template <class T> MIS_HOST_DEVICE constexpr T times(T s, T x) const { return s * to_the_beta(x); }
     template <class T> MIS_HOST_DEVICE constexpr T join(T x, T y) const { return x + y; }
     template <class T> MIS_HOST_DEVICE constexpr T against(T own, T others) const {
-        return detail::select(own > T(0), own / (own + others), T(0));
+        return own / (own + others);
     }
     template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const {
-        return weight_of_first(*this, a, b);
+        return mis::weight_of_first(*this, a, b);
     }
 };
 
@@ -121,7 +144,7 @@ struct cutoff_heuristic {
         return detail::select(q < static_cast<T>(alpha) * largest, T(0), kept);
     }
     template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const {
-        return weight_of_first(*this, a, b);
+        return mis::weight_of_first(*this, a, b);
     }
 };
 
@@ -130,7 +153,7 @@ struct maximum_heuristic {
     template <class T> MIS_HOST_DEVICE constexpr T share(T q, T largest) const {
         return detail::select(q < largest, T(0), T(1));
     }
-    template <class T> MIS_HOST_DEVICE constexpr T raise(T x) const { return detail::saturate(x); }
+    template <class T> MIS_HOST_DEVICE constexpr T times(T s, T x) const { return s * x; }
     template <class T> MIS_HOST_DEVICE constexpr T join(T x, T y) const { return detail::larger(x, y); }
     // Counts a tie as one of two: the recursion does not know how many techniques tie. path.hpp does.
     template <class T> MIS_HOST_DEVICE constexpr T against(T own, T others) const {
@@ -138,7 +161,7 @@ struct maximum_heuristic {
         return detail::select(own < others || !(own > T(0)), T(0), unless_less);
     }
     template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const {
-        return weight_of_first(*this, a, b);
+        return mis::weight_of_first(*this, a, b);
     }
 };
 
@@ -163,24 +186,35 @@ template <class T> struct normalizer {
 };
 
 template <class Heuristic, class T>
+MIS_HOST_DEVICE constexpr wide_t<T> share_of(const Heuristic& heuristic, T density, wide_t<T> largest) {
+    if constexpr (needs_no_scale<Heuristic, T>)
+        return heuristic.times(wide_t<T>(1), finite_density(density));
+    else
+        return heuristic.share(static_cast<wide_t<T>>(density), largest);
+}
+
+template <class Heuristic, class T>
 MIS_HOST_DEVICE constexpr normalizer<T> normalize(const Heuristic& heuristic, const T* densities, int count) {
     expect_real<T>();
     using W = wide_t<T>;
     normalizer<T> n{W(0), W(0)};
-    for (int i = 0; i < count; ++i) {
-        assert_density(densities[i]);
-        n.largest = larger(n.largest, static_cast<W>(densities[i]));
-    }
     for (int i = 0; i < count; ++i)
-        n.total += heuristic.share(static_cast<W>(densities[i]), n.largest);
+        assert_density(densities[i]);
+    if constexpr (!needs_no_scale<Heuristic, T>)
+        for (int i = 0; i < count; ++i)
+            n.largest = larger(n.largest, static_cast<W>(densities[i]));
+    for (int i = 0; i < count; ++i)
+        n.total += share_of(heuristic, densities[i], n.largest);
+    if (!needs_no_scale<Heuristic, T> && !(n.largest > W(0)))
+        n.total = W(0);
     return n;
 }
 
 template <class Heuristic, class T>
 MIS_HOST_DEVICE constexpr T normalized(const Heuristic& heuristic, const normalizer<T>& n, T density) {
     using W = wide_t<T>;
-    const W weight = heuristic.share(static_cast<W>(density), n.largest) / n.total;
-    return static_cast<T>(select(n.largest > W(0), weight, W(0)));
+    const W weight = share_of(heuristic, density, n.largest) / n.total;
+    return static_cast<T>(select(n.total > W(0), weight, W(0)));
 }
 
 } // namespace detail
@@ -202,22 +236,22 @@ MIS_HOST_DEVICE constexpr void weights(const Heuristic& heuristic, const T* dens
 // The same for arrays and for anything contiguous with data() and size(): std::array, std::vector, std::span.
 template <class Heuristic, class T, std::size_t N>
 MIS_HOST_DEVICE constexpr T weight(const Heuristic& heuristic, const T (&densities)[N], int i) {
-    return weight(heuristic, &densities[0], static_cast<int>(N), i);
+    return mis::weight(heuristic, &densities[0], static_cast<int>(N), i);
 }
 template <class Heuristic, class T, std::size_t N>
 MIS_HOST_DEVICE constexpr void weights(const Heuristic& heuristic, const T (&densities)[N], T (&out)[N]) {
-    weights(heuristic, &densities[0], static_cast<int>(N), &out[0]);
+    mis::weights(heuristic, &densities[0], static_cast<int>(N), &out[0]);
 }
 template <class Heuristic, class Range>
 constexpr auto weight(const Heuristic& heuristic, const Range& densities, int i)
     -> std::decay_t<decltype(*densities.data())> {
-    return weight(heuristic, densities.data(), static_cast<int>(densities.size()), i);
+    return mis::weight(heuristic, densities.data(), static_cast<int>(densities.size()), i);
 }
 template <class Heuristic, class Range, class Out>
 constexpr auto weights(const Heuristic& heuristic, const Range& densities, Out&& out)
     -> decltype(densities.data(), void(out.data())) {
     assert(out.size() >= densities.size());
-    weights(heuristic, densities.data(), static_cast<int>(densities.size()), out.data());
+    mis::weights(heuristic, densities.data(), static_cast<int>(densities.size()), out.data());
 }
 
 } // namespace mis

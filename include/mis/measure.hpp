@@ -25,6 +25,15 @@ template <class T> struct cosine {
     T value;
     MIS_HOST_DEVICE constexpr explicit cosine(T x) : value(x) {}
 };
+// The same where one call takes both: at the vertex that a walk leaves, and at the one at which it arrives.
+template <class T> struct cosine_out {
+    T value;
+    MIS_HOST_DEVICE constexpr explicit cosine_out(T x) : value(x) {}
+};
+template <class T> struct cosine_in {
+    T value;
+    MIS_HOST_DEVICE constexpr explicit cosine_in(T x) : value(x) {}
+};
 // The square of an edge's length. 1 for an edge to or from infinity.
 template <class T> struct squared_distance {
     T value;

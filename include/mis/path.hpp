@@ -5,13 +5,15 @@
 //   path_vertex<Vec>    positions, normals and densities per solid angle;
 //   measured_vertex<T>  the same with cosines and squared distances in place of vectors;
 //   area_vertex<T>      densities per area.
-// Every function here takes an array of any of them, from camera to light: x_0 ... x_{n-1}, n >= 2.
+// Every function here takes an array of any of them, from camera to light: x_0 ... x_{n-1}, 2 <= n <= 10,000.
 //
 // "From camera" and "to light" are the camera walk's direction (P->, omega->), "from light" and "to camera"
 // the light walk's (P<-, omega<-).
 #pragma once
 
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 #include <mis/config.hpp>
 #include <mis/heuristic.hpp>
 #include <mis/techniques.hpp>
@@ -40,7 +42,7 @@ template <class Vec> MIS_HOST_DEVICE constexpr auto inner(const Vec& a, const Ve
 }
 
 template <class Vec>
-using scalar_of_t = std::decay_t<decltype(inner(std::declval<Vec>(), std::declval<Vec>()))>;
+using scalar_of_t = std::decay_t<decltype(detail::inner(std::declval<Vec>(), std::declval<Vec>()))>;
 
 } // namespace detail
 
@@ -113,7 +115,7 @@ MIS_HOST_DEVICE constexpr T edge_squared(const path_vertex<Vec, T>& a, const pat
     if (a.kind == vertex_kind::infinite_light || b.kind == vertex_kind::infinite_light)
         return T(1);
     const Vec edge = b.position - a.position;
-    return inner(edge, edge);
+    return detail::inner(edge, edge);
 }
 
 template <class Vec, class T>
@@ -122,10 +124,10 @@ MIS_HOST_DEVICE T cosine_towards(const path_vertex<Vec, T>& from, const path_ver
     if (from.kind == vertex_kind::medium || from.kind == vertex_kind::infinite_light)
         return T(1);
     if (to.kind == vertex_kind::infinite_light)
-        return absolute(inner(from.normal, to.normal));
+        return absolute(detail::inner(from.normal, to.normal));
     const Vec edge = to.position - from.position;
-    const T distance2 = inner(edge, edge);
-    return distance2 > T(0) ? absolute(inner(from.normal, edge)) / sqrt(distance2) : T(0);
+    const T distance2 = detail::inner(edge, edge);
+    return distance2 > T(0) ? absolute(detail::inner(from.normal, edge)) / sqrt(distance2) : T(0);
 }
 
 } // namespace detail
@@ -159,139 +161,168 @@ MIS_HOST_DEVICE constexpr measured_vertex<T> measure(const measured_vertex<T>* p
 
 namespace detail {
 
-// A product of very many factors, each of any size: mantissa 2^exponent 0^zeros inf^infinities. Zeros and
-// infinities are counted, so that a factor can be taken out again.
-template <class T> struct scaled_product {
-    T mantissa = 1; // within moderate sizes, so that two may be multiplied or divided
-    int exponent = 0;
-    int zeros = 0;
-    int infinities = 0;
-};
+// A product of very many factors, each of any size: mantissa 2^exponent. A factor 0 is 2^zero_exponent, an
+// infinite one 2^infinite_exponent. As exponents add, zeros and infinities are counted, so that they can be
+// taken out again; as they are so far apart, a product with a zero is less than any without, and one with
+// infinities greater. There is room for those of paths of up to longest_path vertices.
+constexpr int longest_path = 10000;
+constexpr long long zero_exponent = -(1LL << 48), infinite_exponent = 1LL << 32;
 
-template <class T> MIS_HOST_DEVICE constexpr bool is_moderate(T a) {
-    return a > T(0x1p-256) && a < T(0x1p256);
+template <class T> struct scaled_product {
+    T mantissa = 1; // moderate
+    long long exponent = 0;
+};
+template <class T> MIS_HOST_DEVICE constexpr bool is_zero(const scaled_product<T>& p) {
+    return p.exponent < zero_exponent / 2;
+}
+template <class T> MIS_HOST_DEVICE constexpr bool is_infinite(const scaled_product<T>& p) {
+    return p.exponent > infinite_exponent / 2;
 }
 
-// Brings the mantissa into [1/2, 1).
-template <class T> MIS_HOST_DEVICE void normalize(scaled_product<T>& p) {
+// Whether a is within 2^-128 and 2^128: no product or quotient of up to seven such numbers over- or
+// underflows in double, in whatever order. Doubles are told by their bits, so that 0, infinity and NaN are
+// never moderate, whatever -ffast-math assumes of comparisons.
+template <class T> MIS_HOST_DEVICE inline bool is_moderate(T a) {
+    if constexpr (std::is_same_v<T, double> && std::numeric_limits<double>::is_iec559) {
+        std::uint64_t bits = 0;
+        std::memcpy(&bits, &a, sizeof a);
+        return bits - (std::uint64_t(1023 - 128) << 52) < std::uint64_t(256) << 52;
+    } else {
+        return a > T(0x1p-128) && a < T(0x1p128);
+    }
+}
+
+// mantissa 2^exponent, with a moderate mantissa.
+template <class T> MIS_HOST_DEVICE inline scaled_product<T> rescaled(T mantissa, long long exponent) {
     using std::frexp;
     int shift = 0;
-    p.mantissa = frexp(p.mantissa, &shift);
-    p.exponent += shift;
+    if (!is_moderate(mantissa))
+        mantissa = frexp(mantissa, &shift);
+    return {mantissa, exponent + shift};
 }
 
-// A single factor. Zero and infinity are counted, anything else is a mantissa and an exponent.
 template <class T, class F> MIS_HOST_DEVICE scaled_product<T> scaled_factor(F factor) {
     assert_density(factor);
-    scaled_product<T> p;
-    if (!(factor > F(0))) {
-        p.zeros = 1;
-    } else if (is_infinite(factor)) {
-        p.infinities = 1;
-    } else {
-        p.mantissa = static_cast<T>(factor);
-        if (!is_moderate(p.mantissa))
-            normalize(p);
-    }
-    return p;
+    if (!(factor > F(0)))
+        return {1, zero_exponent};
+    return is_infinite(factor) ? scaled_product<T>{1, infinite_exponent}
+                               : rescaled(static_cast<T>(factor), 0);
 }
 
 template <class T>
-MIS_HOST_DEVICE scaled_product<T> operator*(scaled_product<T> p, const scaled_product<T>& q) {
-    p.mantissa *= q.mantissa;
-    p.exponent += q.exponent;
-    p.zeros += q.zeros;
-    p.infinities += q.infinities;
-    if (!is_moderate(p.mantissa))
-        normalize(p);
-    return p;
+MIS_HOST_DEVICE inline scaled_product<T> operator*(scaled_product<T> p, scaled_product<T> q) {
+    return rescaled(p.mantissa * q.mantissa, p.exponent + q.exponent);
 }
-
 // p / q where q is a factor of p: its zeros and infinities are taken out again.
 template <class T>
-MIS_HOST_DEVICE scaled_product<T> without(scaled_product<T> p, const scaled_product<T>& q) {
-    p.mantissa /= q.mantissa;
-    p.exponent -= q.exponent;
-    p.zeros -= q.zeros;
-    p.infinities -= q.infinities;
-    if (!is_moderate(p.mantissa))
-        normalize(p);
-    return p;
+MIS_HOST_DEVICE inline scaled_product<T> without(scaled_product<T> p, scaled_product<T> q) {
+    return rescaled(p.mantissa / q.mantissa, p.exponent - q.exponent);
 }
 
-// p / q of any two: 1 / 0 is infinite, 1 / infinity is 0.
-template <class T>
-MIS_HOST_DEVICE scaled_product<T> operator/(const scaled_product<T>& p, scaled_product<T> q) {
-    const int zeros = q.zeros;
-    q.zeros = -q.infinities;
-    q.infinities = -zeros;
-    return without(p, q);
+template <class T> MIS_HOST_DEVICE inline bool is_less(scaled_product<T> a, scaled_product<T> b) {
+    using std::ldexp;
+    const long long apart = b.exponent - a.exponent;
+    if (apart == 0)
+        return a.mantissa < b.mantissa;
+    return absolute(apart) < 256 ? a.mantissa < ldexp(b.mantissa, static_cast<int>(apart)) : apart > 0;
 }
 
-template <class T> MIS_HOST_DEVICE bool is_less(scaled_product<T> a, scaled_product<T> b) {
-    if (a.zeros > 0 || b.zeros > 0)
-        return b.zeros == 0;
-    if (a.infinities > 0 || b.infinities > 0)
-        return a.infinities == 0;
-    if (a.exponent != b.exponent) {
-        normalize(a);
-        normalize(b);
-    }
-    return a.exponent < b.exponent || (a.exponent == b.exponent && a.mantissa < b.mantissa);
+// A positive number that has been rounded to 0 becomes the smallest number; the smallest normal one where the
+// processor takes others for 0.
+template <class T> MIS_HOST_DEVICE inline T keep_positive(T a) {
+    a = larger(a, T(limits<T>::least_positive));
+    return a > T(0) ? a : T(limits<T>::least_normal);
 }
 
 // value / largest in [0, 1]. A positive value stays positive. If the largest is infinite, 1 for the infinite
 // ones.
-template <class Result, class T>
-MIS_HOST_DEVICE Result relative_to(const scaled_product<T>& largest, const scaled_product<T>& value) {
+template <class T> MIS_HOST_DEVICE inline T relative_to(scaled_product<T> largest, scaled_product<T> value) {
     using std::ldexp;
-    if (value.zeros > 0)
-        return Result(0);
-    if (largest.infinities > 0)
-        return value.infinities > 0 ? Result(1) : Result(0);
-    T ratio = value.mantissa / largest.mantissa;
-    if (value.exponent != largest.exponent)
-        ratio = ldexp(ratio, value.exponent - largest.exponent);
-    return larger(static_cast<Result>(ratio), Result(limits<Result>::least_positive));
+    const T ratio = value.mantissa / largest.mantissa;
+    const long long apart = value.exponent - largest.exponent;
+    if (is_infinite(largest))
+        return is_infinite(value) ? T(1) : T(0);
+    if (apart == 0)
+        return value.mantissa < largest.mantissa ? ratio : T(1); // however the quotient is rounded
+    return is_zero(value) ? T(0) : keep_positive(ldexp(ratio, static_cast<int>(apart)));
+}
+
+template <class T> using path_product = scaled_product<wide_t<T>>;
+
+// A density by its factors: a b c / below.
+template <class T> struct path_density { T a, b = 1, c = 1, below = 1; };
+
+template <class T> MIS_HOST_DEVICE path_product<T> product(path_density<T> p) {
+    using W = wide_t<T>;
+    scaled_product<W> below = scaled_factor<W>(p.below);
+    if (is_zero(below)) // 1 / 0 is infinite, 1 / infinity is 0
+        below.exponent = -infinite_exponent;
+    else if (is_infinite(below))
+        below.exponent = -zero_exponent;
+    const auto q = without(scaled_factor<W>(p.a) * scaled_factor<W>(p.b) * scaled_factor<W>(p.c), below);
+    return {q.mantissa, is_zero(q) ? zero_exponent : is_infinite(q) ? infinite_exponent : q.exponent};
+}
+
+// The same as a plain number if it surely is one, else as anything that is not moderate.
+template <class T> MIS_HOST_DEVICE inline wide_t<T> plain_product(path_density<T> p) {
+    using W = wide_t<T>;
+    for (const T& factor : {p.a, p.b, p.c, p.below})
+        assert_density(factor);
+    const W front = W(p.a) * W(p.b), back = W(p.c) / W(p.below);
+    if constexpr (std::is_same_v<T, float>)
+        return front * back; // in double, where those of floats have room
+    else
+        return is_moderate(front) && is_moderate(back) ? front * back : W(0);
+}
+
+template <class T> MIS_HOST_DEVICE inline path_product<T> operator*(path_product<T> p, path_density<T> q) {
+    const wide_t<T> mantissa = p.mantissa * plain_product(q);
+    return is_moderate(mantissa) ? path_product<T>{mantissa, p.exponent} : p * product(q);
+}
+// Adds the exponent that it takes out to `taken`.
+template <class T>
+MIS_HOST_DEVICE inline path_product<T> without(path_product<T> p, path_density<T> q, long long& taken) {
+    const wide_t<T> mantissa = p.mantissa / plain_product(q);
+    if (is_moderate(mantissa))
+        return {mantissa, p.exponent};
+    const path_product<T> any_size = product(q);
+    taken += any_size.exponent;
+    return without(p, any_size);
 }
 
 // P->_i and P<-_i, [J] 2: the sampling density at the neighbour, converted to area at x_i.
-template <class T> using path_product = scaled_product<wide_t<T>>;
-
-template <class T> MIS_HOST_DEVICE path_product<T> factor(T value) { return scaled_factor<wide_t<T>>(value); }
-
-template <class Vertex>
-MIS_HOST_DEVICE path_product<typename Vertex::scalar> density_from_camera(const Vertex* path, int n, int i) {
-    const auto x = measure(path, n, i);
+template <class Vertex> MIS_HOST_DEVICE inline auto density_from_camera(const Vertex* path, int n, int i) {
+    using result = path_density<typename Vertex::scalar>;
+    const auto x = mis::measure(path, n, i);
     if (i == 0)
-        return factor(x.pdf_position);
-    const auto previous = measure(path, n, i - 1);
-    return factor(previous.pdf_to_light) * factor(x.cos_to_camera) * factor(x.pdf_distance_from_camera) /
-           factor(previous.distance2_to_light);
+        return result{x.pdf_position};
+    const auto previous = mis::measure(path, n, i - 1);
+    return result{previous.pdf_to_light, x.cos_to_camera, x.pdf_distance_from_camera,
+                  previous.distance2_to_light};
 }
-template <class Vertex>
-MIS_HOST_DEVICE path_product<typename Vertex::scalar> density_from_light(const Vertex* path, int n, int i) {
-    const auto x = measure(path, n, i);
+template <class Vertex> MIS_HOST_DEVICE inline auto density_from_light(const Vertex* path, int n, int i) {
+    using result = path_density<typename Vertex::scalar>;
+    const auto x = mis::measure(path, n, i);
     if (i == n - 1)
-        return factor(x.pdf_position);
-    return factor(measure(path, n, i + 1).pdf_to_camera) * factor(x.cos_to_light) *
-           factor(x.pdf_distance_from_light) / factor(x.distance2_to_light);
+        return result{x.pdf_position};
+    return result{mis::measure(path, n, i + 1).pdf_to_camera, x.cos_to_light, x.pdf_distance_from_light,
+                  x.distance2_to_light};
 }
-template <class Vertex>
-MIS_HOST_DEVICE path_product<typename Vertex::scalar> next_event_density(const Vertex* path, int i) {
-    return factor(path[i].pdf_next_event);
+template <class Vertex> MIS_HOST_DEVICE inline auto next_event_density(const Vertex* path, int i) {
+    return path_density<typename Vertex::scalar>{path[i].pdf_next_event};
 }
 
 template <class T>
-MIS_HOST_DEVICE path_product<T> density_from_camera(const area_vertex<T>* path, int, int i) {
-    return factor(path[i].density_from_camera);
+MIS_HOST_DEVICE inline path_density<T> density_from_camera(const area_vertex<T>* path, int, int i) {
+    return {path[i].density_from_camera};
 }
 template <class T>
-MIS_HOST_DEVICE path_product<T> density_from_light(const area_vertex<T>* path, int, int i) {
-    return factor(path[i].density_from_light);
+MIS_HOST_DEVICE inline path_density<T> density_from_light(const area_vertex<T>* path, int, int i) {
+    return {path[i].density_from_light};
 }
-template <class T> MIS_HOST_DEVICE path_product<T> next_event_density(const area_vertex<T>* path, int i) {
-    return factor(path[i].next_event);
+template <class T>
+MIS_HOST_DEVICE inline path_density<T> next_event_density(const area_vertex<T>* path, int i) {
+    return {path[i].next_event};
 }
 
 // Whether the path itself allows the technique: no joined or merged vertex scatters by a Dirac distribution,
@@ -310,54 +341,79 @@ template <class Vertex> MIS_HOST_DEVICE constexpr bool is_possible(const Vertex*
     }
 }
 
-// Effective density of the technique at `index`, given the product of P->_i for i < s and P<-_i for i >= s.
-template <class T, class Vertex>
-MIS_HOST_DEVICE path_product<T> effective_density(const technique_counts<T>& counts, const Vertex* path,
-                                                  int n, int index, path_product<T> joined) {
-    const technique t = technique_at(n, index);
-    if (t.kind == technique_kind::camera_connection)
-        joined = without(joined, density_from_camera(path, n, 0)) * next_event_density(path, 0);
-    if (t.kind == technique_kind::next_event)
-        joined = without(joined, density_from_light(path, n, n - 1)) * next_event_density(path, n - 1);
-    if (t.kind == technique_kind::merge)
-        joined = joined * factor(path[t.camera_vertices - 1].merge_factor);
-    return joined * factor(is_possible(path, n, t) ? count_of(counts, n, t) : T(0));
+// Effective density of a technique, given the product of its walks' densities.
+template <technique_kind kind, class T, class Vertex>
+MIS_HOST_DEVICE inline path_product<T> effective_density(const technique_counts<T>& counts,
+                                                         const Vertex* path, int n, int s,
+                                                         path_product<T> joined, T factor = T(1)) {
+    const technique t{kind, s};
+    const T count = count_of(counts, kind);
+    assert_density(count);
+    if (!(count > T(0)) || !detail::is_possible(path, n, t) || !is_within_caps(counts, n, t))
+        return {1, zero_exponent};
+    return joined * path_density<T>{count, factor};
 }
 
 // Calls visit(index, effective density) for every technique of the path. From s to s + 1 the camera walk
 // takes x_s over from the light walk: p(C_{s+1}) / p(C_s) = P->_s / P<-_s, [J] 4. At a merge both walks make
 // the vertex.
+//
+// All densities are over that of the light walk alone, which they share. Its exponent is returned: only to
+// those who give it back the second time, zeros and infinities are such.
 template <class T, class Vertex, class Visit>
-MIS_HOST_DEVICE void for_each_density(const technique_counts<T>& counts, const Vertex* path, int n,
-                                      Visit&& visit) {
-    path_product<T> joined;
-    for (int i = 0; i < n; ++i)
-        joined = joined * density_from_light(path, n, i);
-    for (int s = 0; s <= n; ++s) {
-        visit(s, effective_density(counts, path, n, s, joined));
-        if (s == n)
-            break;
-        const path_product<T> with_both = joined * density_from_camera(path, n, s);
-        if (s >= 1 && s <= n - 2)
-            visit(n + s, effective_density(counts, path, n, n + s, with_both));
-        joined = without(with_both, density_from_light(path, n, s));
+MIS_HOST_DEVICE long long for_each_density(const technique_counts<T>& counts, const Vertex* path, int n,
+                                           long long exponent, Visit&& visit) {
+    using kind = technique_kind;
+    const int last = n - 1;
+    long long taken = 0;
+    path_product<T> joined{1, exponent};
+    visit(0, detail::effective_density<kind::camera_hit>(counts, path, n, 0, joined));
+    joined = without(joined, detail::density_from_light(path, n, 0), taken);
+    if (n > 2)
+        visit(1, detail::effective_density<kind::camera_connection>(
+                     counts, path, n, 1, joined * detail::next_event_density(path, 0)));
+    joined = joined * detail::density_from_camera(path, n, 0);
+    if (n == 2)
+        visit(1, detail::effective_density<kind::direct>(counts, path, n, 1, joined));
+    for (int s = 1; s < last; ++s) {
+        joined = joined * detail::density_from_camera(path, n, s);
+        visit(n + s,
+              detail::effective_density<kind::merge>(counts, path, n, s + 1, joined, path[s].merge_factor));
+        joined = without(joined, detail::density_from_light(path, n, s), taken);
+        if (s + 1 < last)
+            visit(s + 1, detail::effective_density<kind::connection>(counts, path, n, s + 1, joined));
     }
+    joined = without(joined, detail::density_from_light(path, n, last), taken);
+    if (n > 2)
+        visit(last, detail::effective_density<kind::next_event>(
+                        counts, path, n, last, joined * detail::next_event_density(path, last)));
+    visit(n, detail::effective_density<kind::light_hit>(counts, path, n, n,
+                                                        joined * detail::density_from_camera(path, n, last)));
+    return taken;
 }
 
-template <class T> struct largest_density {
-    path_product<T>* largest;
-    MIS_HOST_DEVICE void operator()(int, const path_product<T>& q) const {
-        if (is_less(*largest, q))
-            *largest = q;
-    }
-};
-template <class T> struct store_relative {
-    path_product<T> largest;
-    T* out;
-    MIS_HOST_DEVICE void operator()(int index, const path_product<T>& q) const {
-        out[index] = relative_to<T>(largest, q);
-    }
-};
+// Calls visit(index, effective density over the largest one) for every technique of the path: exactly 1 for
+// the largest, all 0 if none can make the path. Two sweeps: arrays of any length would be needed for one.
+template <class T, class Vertex, class Visit>
+MIS_HOST_DEVICE void for_each_relative(const technique_counts<T>& counts, const Vertex* path, int n,
+                                       Visit&& visit) {
+    assert(n >= 2 && n <= longest_path);
+    using W = wide_t<T>;
+    path_product<T> largest{1, longest_path * zero_exponent};
+    int place = 0; // by its place, because -ffast-math lets the second sweep round otherwise
+    const long long exponent =
+        detail::for_each_density(counts, path, n, 0, [&](int index, const path_product<T>& q) {
+            if (is_less(largest, q)) {
+                largest = q;
+                place = index;
+            }
+        });
+    largest.exponent += exponent;
+    const bool none = is_zero(largest);
+    detail::for_each_density(counts, path, n, exponent, [&](int index, const path_product<T>& q) {
+        visit(index, none ? W(0) : index == place ? W(1) : relative_to(largest, q));
+    });
+}
 
 } // namespace detail
 
@@ -371,16 +427,16 @@ MIS_HOST_DEVICE area_vertex<typename Vertex::scalar> area_densities(const Vertex
     a.kind = path[i].kind;
     a.dirac = path[i].dirac;
     a.merge_factor = path[i].merge_factor;
-    const auto number = [](const detail::path_product<T>& p) {
-        if (p.zeros > 0)
+    const auto number = [](detail::path_product<T> p) {
+        if (is_zero(p))
             return T(0);
-        return p.infinities > 0 ? T(detail::limits<T>::infinity)
-                                : static_cast<T>(ldexp(p.mantissa, p.exponent));
+        return is_infinite(p) ? T(detail::limits<T>::infinity)
+                              : static_cast<T>(ldexp(p.mantissa, static_cast<int>(p.exponent)));
     };
-    a.density_from_camera = number(detail::density_from_camera(path, n, i));
-    a.density_from_light = number(detail::density_from_light(path, n, i));
+    a.density_from_camera = number(detail::product(detail::density_from_camera(path, n, i)));
+    a.density_from_light = number(detail::product(detail::density_from_light(path, n, i)));
     if (i == 0 || i == n - 1)
-        a.next_event = number(detail::next_event_density(path, i));
+        a.next_event = number(detail::product(detail::next_event_density(path, i)));
     return a;
 }
 
@@ -388,18 +444,17 @@ MIS_HOST_DEVICE area_vertex<typename Vertex::scalar> area_densities(const Vertex
 // technique_at in techniques.hpp), divided by the largest one, whatever the sizes of the densities and the
 // length of the path.
 //   - 0: impossible (a Dirac vertex, a zero density, a switched-off technique), and 0 times infinity;
-//   - positive densities stay positive, if only as the smallest number there is;
+//   - positive densities stay positive, if only as the smallest number there is (where subnormal numbers
+//     count as 0, as under -ffast-math, the smallest normal one);
 //   - if some are infinite, those are 1 and the others 0.
 // To bring in a multiplier of your own (a throughput, a correlation factor), multiply it into out[k] and call
 // weights(heuristic, out, technique_count(n), out).
 template <class T, class Vertex>
 MIS_HOST_DEVICE void relative_densities(const technique_counts<T>& counts, const Vertex* path, int n,
                                         T* out) {
-    assert(n >= 2);
-    detail::path_product<T> largest;
-    largest.zeros = 1;
-    detail::for_each_density(counts, path, n, detail::largest_density<T>{&largest});
-    detail::for_each_density(counts, path, n, detail::store_relative<T>{largest, out});
+    detail::for_each_relative(counts, path, n, [&](int index, const detail::wide_t<T>& q) {
+        out[index] = q > T(0) ? detail::keep_positive(static_cast<T>(q)) : T(0);
+    });
 }
 
 // Weights of all technique_count(n) techniques of a path: they sum to 1 unless no technique can make the
@@ -407,41 +462,31 @@ MIS_HOST_DEVICE void relative_densities(const technique_counts<T>& counts, const
 template <class Heuristic, class T, class Vertex>
 MIS_HOST_DEVICE void weights(const Heuristic& heuristic, const technique_counts<T>& counts,
                              const Vertex* path, int n, T* out) {
-    relative_densities(counts, path, n, out);
-    weights(heuristic, out, technique_count(n), out);
+    using W = detail::wide_t<T>;
+    W total = 0;
+    detail::for_each_relative(counts, path, n, [&](int index, const W& q) {
+        const W share = heuristic.share(q, W(1));
+        total += share;
+        out[index] = static_cast<T>(share);
+    });
+    for (int k = 0; k < technique_count(n); ++k)
+        out[k] = total > W(0) ? static_cast<T>(static_cast<W>(out[k]) / total) : T(0);
 }
-
-namespace detail {
-
-template <class T, class Heuristic> struct total_share {
-    const Heuristic* heuristic;
-    path_product<T> largest;
-    wide_t<T>* total;
-    int wanted;
-    wide_t<T>* share_of_wanted;
-    MIS_HOST_DEVICE void operator()(int index, const path_product<T>& q) const {
-        const wide_t<T> share = heuristic->share(relative_to<wide_t<T>>(largest, q), wide_t<T>(1));
-        *total += share;
-        if (index == wanted)
-            *share_of_wanted = share;
-    }
-};
-
-} // namespace detail
 
 // Weight of one technique of a path, without an array for the others.
 template <class Heuristic, class T, class Vertex>
 MIS_HOST_DEVICE T weight(const Heuristic& heuristic, const technique_counts<T>& counts, const Vertex* path,
                          int n, technique t) {
     using W = detail::wide_t<T>;
-    assert(n >= 2);
-    detail::path_product<T> largest;
-    largest.zeros = 1;
-    detail::for_each_density(counts, path, n, detail::largest_density<T>{&largest});
-    W total = 0, share = 0;
-    const detail::total_share<T, Heuristic> sum{&heuristic, largest, &total, technique_index(n, t), &share};
-    detail::for_each_density(counts, path, n, sum);
-    return largest.zeros > 0 ? T(0) : static_cast<T>(share / total);
+    const int wanted = technique_index(n, t);
+    W total = 0, own = 0;
+    detail::for_each_relative(counts, path, n, [&](int index, const W& q) {
+        const W share = heuristic.share(q, W(1));
+        total += share;
+        if (index == wanted)
+            own = share;
+    });
+    return total > W(0) ? static_cast<T>(own / total) : T(0);
 }
 
 } // namespace mis

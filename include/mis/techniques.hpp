@@ -14,6 +14,7 @@
 #pragma once
 
 #include <climits>
+#include <cmath>
 #include <mis/config.hpp>
 
 namespace mis {
@@ -131,6 +132,21 @@ MIS_HOST_DEVICE constexpr technique_counts<T> scaled(technique_counts<T> counts,
     counts.camera_hit *= factor;
     counts.merge *= factor;
     return counts;
+}
+
+// The same counts, up to a common factor, for a scene of this size (a typical distance between vertices, in
+// the scene's units). The recursion's state is the counts times squared lengths, raised to beta: with these
+// counts it is about 1 whether a scene is measured in micrometres or in light years. The factor is a power of
+// two, so that no weight changes by a bit where none over- or underflows. `size` positive and finite.
+template <class T>
+MIS_HOST_DEVICE technique_counts<T> for_scene_of_size(const technique_counts<T>& counts,
+                                                      detail::identity_t<T> size) {
+    using std::frexp;
+    using std::ldexp;
+    assert(size > T(0) && !detail::is_infinite(size));
+    int exponent = 0;
+    (void)frexp(size, &exponent);
+    return scaled(counts, static_cast<T>(ldexp(T(1), -2 * exponent)));
 }
 
 // Merging, in the two ways it has been derived; the relative densities, and so all weights, are the same.

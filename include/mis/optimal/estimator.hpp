@@ -18,6 +18,14 @@
 //
 // Accuracy: everything is summed in double for float. f / D is computed without overflow wherever it is a
 // number of the type. Its square, of which only the variance is made, may underflow or overflow.
+//
+// An f that is NaN or infinite, an f / D beyond the type's range (f = 1 and a subnormal D), and a sum of them
+// beyond it: the integral of that channel is then NaN or infinite, and the variance infinite. Densities that
+// are negative or NaN are a caller's bug, asserted in debug builds, of which the estimates are unspecified.
+// What would need memory that is not there is asserted as well, and in release builds *spoils* the estimator:
+// from then on its integrals are NaN or infinite, and its variances infinite. That is a technique number out
+// of range, the sum of estimators of different sizes, and a sample for an estimator of no techniques.
+//
 // Under -ffast-math the same holds, but for subnormal densities, which may count as 0, and for densities in
 // double above 1e305.
 #pragma once
@@ -61,7 +69,7 @@ template <class W> struct numbers<dynamic, W> {
     std::vector<W> number;
 
     numbers() = default;
-    explicit numbers(int n) : number(static_cast<std::size_t>(n)) {}
+    explicit numbers(int n) : number(static_cast<std::size_t>(n > 0 ? n : 0)) {}
     int size() const { return static_cast<int>(number.size()); }
     W& operator[](int i) { return number[static_cast<std::size_t>(i)]; }
     const W& operator[](int i) const { return number[static_cast<std::size_t>(i)]; }
@@ -111,10 +119,8 @@ template <class W, class F> MIS_DETAIL_INLINE W channel(const F& f, [[maybe_unus
 template <int Channels, class W, class F, class Densities>
 MIS_HOST_DEVICE bool weigh_extreme(const F& f, const Densities& densities, int m, W* u, W* value) {
     W largest = W(0), total = W(0);
-    for (int k = 0; k < m; ++k) {
-        mis::detail::assert_density(at(densities, k));
+    for (int k = 0; k < m; ++k)
         largest = mis::detail::larger(largest, static_cast<W>(at(densities, k)));
-    }
     assert(largest > W(0)); // no technique can have made this sample
     if (!(largest > W(0)))
         return false;
@@ -129,13 +135,15 @@ MIS_HOST_DEVICE bool weigh_extreme(const F& f, const Densities& densities, int m
 
 // Where reciprocals are normal numbers, with room for rounding.
 template <class W> struct reciprocal {
-    static constexpr W largest = std::numeric_limits<W>::max() * std::numeric_limits<W>::epsilon();
+    static constexpr W largest = (std::numeric_limits<W>::max)() * std::numeric_limits<W>::epsilon();
     static constexpr W least = W(1) / largest;
 };
 
 // Weighs any sample.
 template <int Channels, class W, class F, class Densities>
 MIS_DETAIL_INLINE bool weigh(const F& f, const Densities& densities, int m, W* u, W* value) {
+    for (int k = 0; k < m; ++k)
+        mis::detail::assert_density(at(densities, k));
     W sum = u[0] = static_cast<W>(at(densities, 0));
     MIS_DETAIL_UNROLL
     for (int k = 1; k < m; ++k)
@@ -155,6 +163,8 @@ MIS_DETAIL_INLINE bool weigh(const F& f, const Densities& densities, int m, W* u
 // Takes over a sample that has been weighed.
 template <int Channels, class W, class Value, class Weights>
 MIS_DETAIL_INLINE void copy(const Value& f_over_d, const Weights& balance_weights, int m, W* u, W* value) {
+    for (int k = 0; k < m; ++k)
+        mis::detail::assert_density(at(balance_weights, k));
     MIS_DETAIL_UNROLL
     for (int k = 0; k < m; ++k)
         u[k] = static_cast<W>(at(balance_weights, k));
@@ -171,7 +181,10 @@ MIS_DETAIL_INLINE void copy(const Value& f_over_d, const Weights& balance_weight
 // Plain data. The sum of two estimators is the estimator of both their samples: tiles, threads and ranks may
 // be merged in any order. More passes need no normalization, they leave alpha what it is.
 template <int M, int Channels = 3, class T = double> struct alignas(16) estimator {
-    static_assert((M >= 1 || M == dynamic) && Channels >= 1);
+    static_assert(M >= 1 || M == dynamic, "mis: an estimator of no techniques");
+    static_assert(Channels >= 1, "mis: an estimator of no channels");
+    static_assert(!std::is_integral_v<T>,
+                  "mis: estimates are real numbers: write estimator<M, Channels, float>");
     using number = mis::detail::wide_t<T>;
 
     detail::numbers<detail::times(Channels, M), number> values; // sum (f / D) u_k, [c m + k]
@@ -205,7 +218,10 @@ template <int M, int Channels = 3, class T = double> struct alignas(16) estimato
     //   densities  n_k p_k of all techniques at the sample, [k], >= 0, absolute: in the units of f.
     // Infinite densities share the sample equally; f / D is then 0, and what f adds needs add_weighted.
     // Densities that are all 0 are a caller's bug, asserted in debug builds; the sample is ignored.
+    // An estimator of no techniques is spoiled, which is asserted in debug builds.
     template <class F, class Densities> MIS_DETAIL_INLINE void add(const F& f, const Densities& densities) {
+        if (has_none())
+            return;
         detail::sample<M, Channels, number> x(size());
         if (detail::weigh<Channels>(f, densities, size(), x.weights(), x.value))
             add_sample(x);
@@ -216,18 +232,30 @@ template <int M, int Channels = 3, class T = double> struct alignas(16) estimato
     //   weights  balance weights of all techniques at the sample, [k], whose sum is 1.
     template <class Value, class Weights>
     MIS_DETAIL_INLINE void add_weighted(const Value& value, const Weights& weights) {
+        if (has_none())
+            return;
         detail::sample<M, Channels, number> x(size());
         detail::copy<Channels>(value, weights, size(), x.weights(), x.value);
         add_sample(x);
     }
 
     // Draws of technique i that left the domain: a walk that ended, a direction that missed. There no other
-    // technique has density, so each adds 1 / n_i^2 to a_ii, and nothing to b.
-    MIS_HOST_DEVICE void add_outside(int i, number draws = 1) { products[pair(i, i)] += draws; }
+    // technique has density, so each adds 1 / n_i^2 to a_ii, and nothing to b. Negative: taken back. An i
+    // that is no technique spoils the estimator.
+    MIS_HOST_DEVICE void add_outside(int i, number draws = 1) {
+        if (!has(i))
+            return;
+        products[pair(i, i)] += draws;
+    }
 
+    // An estimator of another size spoils this one.
     MIS_HOST_DEVICE estimator& operator+=(const estimator& other) {
         const int m = size();
         assert(other.size() == m);
+        if (other.size() != m) {
+            spoil();
+            return *this;
+        }
         for (int i = 0; i < Channels * m; ++i)
             values[i] += other.values[i];
         for (int i = 0; i < detail::pair_count(m); ++i)
@@ -235,6 +263,29 @@ template <int M, int Channels = 3, class T = double> struct alignas(16) estimato
         for (int c = 0; c < Channels; ++c)
             squares[c] += other.squares[c];
         return *this;
+    }
+
+    // For a caller's bug, where debug builds stop: no estimate of this is a number any more.
+    MIS_HOST_DEVICE void spoil() {
+        for (int i = 0; i < Channels * size(); ++i)
+            values[i] = mis::detail::limits<number>::infinity;
+        for (int c = 0; c < Channels; ++c)
+            squares[c] = mis::detail::limits<number>::infinity;
+    }
+    // Whether i is a technique; spoils the estimator if not.
+    MIS_HOST_DEVICE bool has(int i) {
+        const bool is_technique = i >= 0 && i < size();
+        assert(is_technique);
+        if (!is_technique)
+            spoil();
+        return is_technique;
+    }
+    // Whether there is no technique; spoils the estimator then.
+    MIS_DETAIL_INLINE bool has_none() {
+        if constexpr (M == dynamic)
+            return !has(0);
+        else
+            return false;
     }
 
     // What the functions above are made of. Completes the sample.
@@ -290,44 +341,61 @@ template <int M, int Channels = 3, class T = double> struct alignas(16) progress
 
     estimator<M, Channels, T> sums;                              // of all batches, the open one included
     detail::numbers<detail::times(Channels, M), number> control; // alpha_k / n_k of the open batch, [c m + k]
-    number residual[Channels] = {}; // sum (f - sum_k alpha_k p_k) / D over the open batch
-    number total[Channels] = {};    // of the estimates of all passes of closed batches
-    number passes = 0;              // in closed batches
-    number passes_at_solve = 0;     // that alpha is made from
-    bool open = false;              // whether anything has been added since the last batch was closed
+    number residual[Channels] = {};         // sum of r = (f - sum_k alpha_k p_k) / D over the open batch
+    number residual_squares[Channels] = {}; // sum r^2
+    number total[Channels] = {};            // of the estimates of all passes of closed batches
+    number total_squares[Channels] = {};    // sum r^2 of closed batches
+    number passes = 0;                      // in closed batches
+    number passes_at_solve = 0;             // that alpha is made from
+    bool open = false;                      // whether anything has been added since the last batch was closed
 
     progressive() = default;
     MIS_HOST_DEVICE explicit progressive(int techniques) : sums(techniques), control(Channels * techniques) {}
 
     MIS_HOST_DEVICE int size() const { return sums.size(); }
 
-    // As the estimator's functions.
+    // As the estimator's functions, which say what spoils it.
     template <class F, class Densities> MIS_DETAIL_INLINE void add(const F& f, const Densities& densities) {
+        if (has_none())
+            return;
         detail::sample<M, Channels, number> x(size());
         if (detail::weigh<Channels>(f, densities, size(), x.weights(), x.value))
             add_sample(x);
     }
     template <class Value, class Weights>
     MIS_DETAIL_INLINE void add_weighted(const Value& value, const Weights& weights) {
+        if (has_none())
+            return;
         detail::sample<M, Channels, number> x(size());
         detail::copy<Channels>(value, weights, size(), x.weights(), x.value);
         add_sample(x);
     }
     MIS_HOST_DEVICE void add_outside(int i, number draws = 1) {
+        if (!sums.has(i)) {
+            spoil();
+            return;
+        }
         sums.add_outside(i, draws);
-        for (int c = 0; c < Channels; ++c)
-            residual[c] -= control[c * size() + i] * draws;
+        for (int c = 0; c < Channels; ++c) {
+            const number r = control[c * size() + i];
+            residual[c] -= r * draws;
+            residual_squares[c] += r * r * draws;
+        }
         open = true;
     }
 
     // Meaningful in two cases: for a fork of this, into the batch it was made in, because its residual is of
     // the same alpha; and for one whose batches are all closed, with any alpha. The present alpha stays.
     MIS_HOST_DEVICE progressive& operator+=(const progressive& other) {
-        assert(!other.open || same_control(other));
+        assert(size() == other.size() && (!other.open || same_control(other)));
         sums += other.sums;
+        if (size() != other.size())
+            spoil();
         for (int c = 0; c < Channels; ++c) {
             residual[c] += other.residual[c];
+            residual_squares[c] += other.residual_squares[c];
             total[c] += other.total[c];
+            total_squares[c] += other.total_squares[c];
         }
         passes += other.passes;
         open = open || other.open;
@@ -341,6 +409,18 @@ template <int M, int Channels = 3, class T = double> struct alignas(16) progress
         return true;
     }
 
+    MIS_HOST_DEVICE void spoil() {
+        sums.spoil();
+        for (int c = 0; c < Channels; ++c)
+            total[c] = total_squares[c] = mis::detail::limits<number>::infinity;
+    }
+    MIS_DETAIL_INLINE bool has_none() {
+        const bool none = sums.has_none();
+        if (none)
+            spoil();
+        return none;
+    }
+
     MIS_DETAIL_INLINE void add_sample(detail::sample<M, Channels, number>& x) {
         sums.add_sample(x);
         const int m = size();
@@ -349,7 +429,9 @@ template <int M, int Channels = 3, class T = double> struct alignas(16) progress
             number g = number(0);
             for (int k = 0; k < m; ++k)
                 g += control[c * m + k] * u[k];
-            residual[c] += x.value[c] - g;
+            const number r = x.value[c] - g;
+            residual[c] += r;
+            residual_squares[c] += r * r;
         }
         open = true;
     }
@@ -369,18 +451,23 @@ MIS_HOST_DEVICE progressive<M, Channels, T> fork(const progressive<M, Channels, 
 //   alpha      coefficients of the channel, [k];
 //   f          contribution of the channel at the sample;
 //   counts     n_k, [k], and densities n_k p_k, [k], of all `count` techniques, absolute.
-// Undefined where f = 0 or where a density is infinite: there, those of the balance heuristic. (With f = 0
-// the products w_i f are not 0: the estimate has to be made from add, not from weights.) All 0 where all
-// densities are. alpha_k p_k must not overflow. `out` may be `densities`.
+// Undefined where f is 0, infinite or NaN, or where a density is infinite: there, those of the balance
+// heuristic. (With f = 0 the products w_i f are not 0: the estimate has to be made from add, not from
+// weights.) All 0 where all densities are. alpha_k p_k must not overflow; a weight beyond the range of T, for
+// a very small f, is infinite. `out` may be `densities`.
 template <class Alpha, class T, class Counts, class Densities, class Out>
 MIS_HOST_DEVICE void weights(const Alpha& alpha, T f, const Counts& counts, const Densities& densities,
                              int count, Out&& out) {
+    mis::detail::expect_real<T>();
     using W = mis::detail::wide_t<T>;
     const balance_heuristic balance{};
     W largest = W(0), total = W(0), sum = W(0);
-    for (int k = 0; k < count; ++k)
+    for (int k = 0; k < count; ++k) {
+        mis::detail::assert_density(detail::at(densities, k));
         largest = mis::detail::larger(largest, static_cast<W>(detail::at(densities, k)));
-    const bool optimal = (f > T(0) || f < T(0)) && !mis::detail::is_infinite(largest);
+    }
+    const bool optimal = (f > T(0) || f < T(0)) && !mis::detail::is_infinite(mis::detail::absolute(f)) &&
+                         !mis::detail::is_infinite(largest);
     const auto controlled = [&](int k) { // alpha_k p_k
         const W n = static_cast<W>(detail::at(counts, k));
         return optimal && n > W(0)

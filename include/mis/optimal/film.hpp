@@ -4,8 +4,10 @@
 
 #include <atomic>
 #include <cstdint>
+#include <functional>
 #include <istream>
 #include <mis/optimal/solve.hpp>
+#include <new>
 #include <ostream>
 #include <string>
 #include <thread>
@@ -24,10 +26,14 @@ template <int M, int Channels = 3, class T = double> struct film {
     std::vector<estimator_type> pixels;
 
     film() = default;
+    // A film without pixels if a number is negative, which is asserted in debug builds.
     film(int columns, int rows, const std::array<double, static_cast<std::size_t>(M)>& samples)
-        : width(columns), height(rows), counts(samples),
-          pixels(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows)) {}
+        : width(columns > 0 && rows > 0 ? columns : 0), height(columns > 0 && rows > 0 ? rows : 0),
+          counts(samples), pixels(static_cast<std::size_t>(width) * static_cast<std::size_t>(height)) {
+        assert(columns >= 0 && rows >= 0);
+    }
 
+    // The pixel must be there, which is asserted in debug builds and not looked at otherwise.
     estimator_type& at(int x, int y) {
         assert(x >= 0 && x < width && y >= 0 && y < height);
         return pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
@@ -36,14 +42,36 @@ template <int M, int Channels = 3, class T = double> struct film {
     const estimator_type& at(int x, int y) const { return const_cast<film*>(this)->at(x, y); }
 };
 
-// Adds a tile whose first pixel is (x, y) of the film, or a whole film at (0, 0). It must lie within the film
-// and have the same counts.
+namespace detail {
+
+// Whether it has as many pixels as it says: its members are everybody's.
+template <int M, int Channels, class T> bool is_whole(const film<M, Channels, T>& f) {
+    return f.width >= 0 && f.height >= 0 &&
+           f.pixels.size() == static_cast<std::size_t>(f.width) * static_cast<std::size_t>(f.height);
+}
+
+} // namespace detail
+
+// Adds a tile whose first pixel is (x, y) of the film, or a whole film at (0, 0). Returns an empty string, or
+// why it cannot be: it must lie within the film and have the same counts. Nothing is then added.
 template <int M, int Channels, class T>
-void merge(film<M, Channels, T>& to, const film<M, Channels, T>& tile, int x = 0, int y = 0) {
-    assert(tile.counts == to.counts);
+[[nodiscard]] std::string merge(film<M, Channels, T>& to, const film<M, Channels, T>& tile, int x = 0,
+                                int y = 0) {
+    const auto size = [](const film<M, Channels, T>& f) {
+        return std::to_string(f.width) + " x " + std::to_string(f.height);
+    };
+    for (const auto& f : {std::cref(to), std::cref(tile)})
+        if (!detail::is_whole(f.get()))
+            return "a film of " + size(f) + " with " + std::to_string(f.get().pixels.size()) + " pixels";
+    if (x < 0 || y < 0 || x > to.width - tile.width || y > to.height - tile.height)
+        return "a tile of " + size(tile) + " at (" + std::to_string(x) + ", " + std::to_string(y) +
+               ") is not within a film of " + size(to);
+    if (tile.counts != to.counts)
+        return "films of different counts";
     for (int row = 0; row < tile.height; ++row)
         for (int column = 0; column < tile.width; ++column)
             to.at(x + column, y + row) += tile.at(column, row);
+    return {};
 }
 
 // Calls visit(i) for all pixels i of the film, row by row or, with several threads, in any order. 0 threads:
@@ -77,14 +105,11 @@ std::vector<std::array<T, static_cast<std::size_t>(Channels)>> integrals(const f
 
 namespace detail {
 
-// Calls visit(pointer, size in bytes) for all arrays of numbers that a film consists of.
-template <class Film, class Visit> void for_each_array(Film& f, const Visit& visit) {
-    visit(&f.counts[0], sizeof f.counts);
-    for (auto& pixel : f.pixels) {
-        visit(&pixel.values[0], sizeof pixel.values);
-        visit(&pixel.products[0], sizeof pixel.products);
-        visit(&pixel.squares[0], sizeof pixel.squares);
-    }
+// Calls visit(pointer, size in bytes) for all arrays of numbers that a pixel consists of.
+template <class Pixel, class Visit> void for_each_array(Pixel& pixel, const Visit& visit) {
+    visit(&pixel.values[0], sizeof pixel.values);
+    visit(&pixel.products[0], sizeof pixel.products);
+    visit(&pixel.squares[0], sizeof pixel.squares);
 }
 
 // The first line of a saved film, and a number that reads differently where bytes are in another order.
@@ -94,42 +119,71 @@ template <int M, int Channels, class T> std::string film_heading() {
            ", bytes per number " + std::to_string(sizeof(number));
 }
 constexpr std::int32_t film_byte_order = 0x01020304;
+constexpr std::int32_t most_film_pixels = 1 << 28;
 
 } // namespace detail
 
 // Writes a film, to be read by this type of film on machines of the same byte order. The stream must be
-// binary; whether it could be written is its state.
+// binary; whether it could be written is its state. A film whose pixels are not width times height, or that
+// has more than 2^28, is not written, and the stream fails.
 template <int M, int Channels, class T> void save(std::ostream& out, const film<M, Channels, T>& f) {
+    if (!detail::is_whole(f) || f.pixels.size() > static_cast<std::size_t>(detail::most_film_pixels)) {
+        out.setstate(std::ios::failbit);
+        return;
+    }
     out << detail::film_heading<M, Channels, T>() << '\n';
     const std::int32_t start[] = {detail::film_byte_order, f.width, f.height};
     const auto write = [&](const void* from, std::size_t size) {
         out.write(static_cast<const char*>(from), static_cast<std::streamsize>(size));
     };
     write(&start[0], sizeof start);
-    detail::for_each_array(f, write);
+    write(&f.counts[0], sizeof f.counts);
+    for (const auto& pixel : f.pixels)
+        detail::for_each_array(pixel, write);
 }
 
 // Reads a film that save has written, to go on with it. Returns an empty string, or what is wrong with the
-// stream; the film then stays as it was.
+// stream, in one line; the film then stays as it was. It takes no more memory than some three times what
+// the stream has, whatever the stream says of itself.
 template <int M, int Channels, class T> std::string load(std::istream& in, film<M, Channels, T>& f) {
+    const std::string expected = detail::film_heading<M, Channels, T>();
     std::string heading;
-    std::getline(in, heading);
-    if (heading != detail::film_heading<M, Channels, T>())
-        return "no film of this type: '" + heading.substr(0, 80) + "' in place of '" +
-               detail::film_heading<M, Channels, T>() + "'";
+    for (int c; heading.size() < expected.size() + 80 && (c = in.get()) != std::istream::traits_type::eof() &&
+                c != '\n';)
+        heading += c < ' ' || c > '~' ? '?' : static_cast<char>(c);
+    if (heading != expected)
+        return "no film of this type: '" + heading.substr(0, 80) + "' in place of '" + expected + "'";
     const auto read = [&](void* to, std::size_t size) {
         in.read(static_cast<char*>(to), static_cast<std::streamsize>(size));
     };
     std::int32_t start[3] = {};
     read(&start[0], sizeof start);
-    if (!in || start[0] != detail::film_byte_order)
-        return "a film of another byte order";
-    if (start[1] < 0 || start[2] < 0 || (start[2] > 0 && start[1] > (1 << 28) / start[2]))
-        return "a film of impossible size";
-    film<M, Channels, T> loaded(start[1], start[2], {});
-    detail::for_each_array(loaded, read);
     if (!in)
         return "the film is cut off";
+    if (start[0] != detail::film_byte_order)
+        return "a film of another byte order";
+    const std::int32_t width = start[1], height = start[2];
+    if (width < 0 || height < 0 || (height > 0 && width > detail::most_film_pixels / height))
+        return "a film of impossible size";
+    film<M, Channels, T> loaded;
+    read(&loaded.counts[0], sizeof loaded.counts);
+    if (!in)
+        return "the film is cut off";
+    for (double n : loaded.counts)
+        if (!detail::is_number(n) || n < 0)
+            return "a film whose counts are no numbers of samples";
+    try {
+        for (std::int32_t left = width * height; left > 0; --left) {
+            loaded.pixels.emplace_back();
+            detail::for_each_array(loaded.pixels.back(), read);
+            if (!in)
+                return "the film is cut off";
+        }
+    } catch (const std::bad_alloc&) {
+        return "a film too large for the memory";
+    }
+    loaded.width = width;
+    loaded.height = height;
     f = std::move(loaded);
     return {};
 }

@@ -62,7 +62,9 @@ struct diagnosis {
     // Ties of the maximum heuristic with a weight of 0 or 1: rounding may have decided them.
     std::int64_t ties_won = 0, ties_lost = 0;
 
-    // Random samples of each kind.
+    // Random samples of each kind. Right ones of long paths would fill memory, and say little.
+    static constexpr std::size_t longest_agreeing = 100; // vertices
+    std::int64_t agreeing_short = 0;                     // of agreeing records, those that are not longer
     static constexpr std::size_t most_disagreeing = 2000, most_agreeing = 2000, most_ties = 100;
     std::vector<path_record> disagreeing_sample, agreeing_sample, tied_sample;
     std::minstd_rand generator{1};
@@ -975,9 +977,9 @@ inline judgement judge(diagnosis& d, const path_record& record) {
         return {verdict::undecided, right.weight, {}};
     }
     ++(agrees ? d.agreeing : d.disagreeing);
-    if (agrees)
-        detail::sample(d.agreeing_sample, d.most_agreeing, d.agreeing, record, d.generator);
-    else
+    if (agrees && record.vertices.size() <= d.longest_agreeing)
+        detail::sample(d.agreeing_sample, d.most_agreeing, ++d.agreeing_short, record, d.generator);
+    else if (!agrees)
         detail::sample(d.disagreeing_sample, d.most_disagreeing, d.disagreeing, record, d.generator);
     return {agrees ? verdict::agrees : verdict::disagrees, right.weight, {}};
 }

@@ -175,6 +175,11 @@ inline result unchanged(const std::string& change, const std::vector<weight_chan
     }
     if (!faults.empty())
         return {false, change + ":" + list(faults)};
+    const auto stays_0 = [](const weight_change& c) { return !(c.before > 0) && !(c.after > 0); };
+    if (changes.empty())
+        return undecided(change + ": no technique can make the path, nothing to compare");
+    if (std::all_of(changes.begin(), changes.end(), stays_0))
+        return undecided(change + ": all weights are 0, nothing to compare");
     if (same)
         return {true, change + " changes no weight"};
 
@@ -211,15 +216,22 @@ std::vector<weight_change> changes_of(Weight& weight_of, const technique_counts<
 
 constexpr auto same_technique = [](technique t) { return t; };
 
+// A factor of 1 changes nothing, others than positive numbers are none.
+inline bool is_a_change(double factor) { return is_number(factor) && factor > 0 && !agree(factor, 1, 1e-3); }
+
 } // namespace detail
 
 // A renderer's weight function T weight_of(counts, path, n, technique) does not change with the size of the
-// scene.
+// scene. This check and those below are undecided where there is nothing to compare: no technique can make
+// the path, all weights are 0, or the factor is within 0.1% of 1 or is no positive number.
 template <class T, class Vertex, class Weight>
 result scale_invariance(Weight&& weight_of, const technique_counts<T>& counts, const Vertex* path, int n,
                         mis::detail::identity_t<T> k = T(3), double tolerance = default_tolerance<T>) {
-    const auto other = scaled(counts, path, n, k);
-    return detail::unchanged("a scene " + detail::text(static_cast<double>(k)) + " times as large",
+    const std::string change = "a scene " + detail::text(static_cast<double>(k)) + " times as large";
+    if (!detail::is_a_change(static_cast<double>(k)))
+        return detail::undecided(change + " is none to compare with");
+    const auto other = scaled(counts, path, (std::max)(n, 0), k);
+    return detail::unchanged(change,
                              detail::changes_of(weight_of, counts, path, n, other, detail::same_technique),
                              tolerance, static_cast<double>(k));
 }
@@ -230,26 +242,32 @@ template <class T, class Vertex, class Weight>
 result swap_invariance(Weight&& weight_of, const technique_counts<T>& counts, const Vertex* path, int n,
                        double tolerance = default_tolerance<T>) {
     const auto image = [n](technique t) { return swapped(t, n); };
+    const auto other = swapped(counts, path, (std::max)(n, 0));
     return detail::unchanged("exchanging camera and light",
-                             detail::changes_of(weight_of, counts, path, n, swapped(counts, path, n), image),
-                             tolerance);
+                             detail::changes_of(weight_of, counts, path, n, other, image), tolerance);
 }
 
 // It does not change if all counts are multiplied by one factor.
 template <class T, class Vertex, class Weight>
 result count_invariance(Weight&& weight_of, const technique_counts<T>& counts, const Vertex* path, int n,
                         mis::detail::identity_t<T> factor = T(7), double tolerance = default_tolerance<T>) {
-    const weighed_path<Vertex> other{mis::scaled(counts, factor), {path, path + n}};
-    return detail::unchanged("all counts times " + detail::text(static_cast<double>(factor)),
+    const std::string change = "all counts times " + detail::text(static_cast<double>(factor));
+    if (!detail::is_a_change(static_cast<double>(factor)))
+        return detail::undecided(change + " are none to compare with");
+    const weighed_path<Vertex> other{mis::scaled(counts, factor), {path, path + (std::max)(n, 0)}};
+    return detail::unchanged(change,
                              detail::changes_of(weight_of, counts, path, n, other, detail::same_technique),
                              tolerance, static_cast<double>(factor));
 }
 
 // Balance heuristic only: one technique counted as two of half the density each changes no other weight, and
-// the halves' weights sum to the whole's. T weight_of(const T* densities, int count, int i).
+// the halves' weights sum to the whole's. T weight_of(const T* densities, int count, int i). Undecided
+// without a technique, and where all weights are 0.
 template <class T, class Weight>
 result splitting_invariance(Weight&& weight_of, const T* densities, int count,
                             double tolerance = default_tolerance<T>) {
+    if (count < 1)
+        return detail::undecided("there is no technique to split");
     for (int split = 0; split < count; ++split) {
         std::vector<T> halves(densities, densities + count);
         halves[static_cast<std::size_t>(split)] /= T(2);

@@ -14,9 +14,13 @@
 
 namespace mis::verify {
 
+// What a check has found: it has passed, or it has failed, or it is undecided, because there was nothing to
+// check, or too little. Only what has passed converts to true, so that a test that compares nothing does not
+// pass; the message says what was lacking.
 struct result {
-    bool passed = true;
+    bool passed = false;
     std::string message;
+    bool undecided = false; // neither passed nor failed
     explicit operator bool() const { return passed; }
 };
 
@@ -77,6 +81,8 @@ constexpr std::size_t longest_list = 8; // lines of one message
 
 inline bool is_infinite(double x) { return !is_number(x) && !is_nan(x); }
 
+inline result undecided(const std::string& why) { return {false, "undecided: " + why, true}; }
+
 inline std::string text(double x) {
     if (is_nan(x))
         return "NaN";
@@ -96,7 +102,7 @@ template <class Vertex> std::string describe_vertex(const Vertex* path, int i) {
 // One line each, indented; what is beyond the longest list is counted.
 inline std::string list(const std::vector<std::string>& lines) {
     std::string all;
-    for (std::size_t i = 0; i < std::min(lines.size(), longest_list); ++i)
+    for (std::size_t i = 0; i < (std::min)(lines.size(), longest_list); ++i)
         all += "\n  " + lines[i];
     if (lines.size() > longest_list)
         all += "\n  and " + std::to_string(lines.size() - longest_list) + " more";
@@ -105,7 +111,7 @@ inline std::string list(const std::vector<std::string>& lines) {
 
 inline bool agree(double a, double b, double tolerance) {
     const double difference = std::fabs(a - b);
-    return difference <= tolerance * std::max(std::fabs(a), std::fabs(b));
+    return difference <= tolerance * (std::max)(std::fabs(a), std::fabs(b));
 }
 
 // Weights below 1e-30 are as good as 0; those that are subnormal in float have lost their precision.
@@ -139,7 +145,7 @@ inline result check_unity(const std::string& whose, const std::vector<named_numb
     if (!faults.empty())
         return {false, whose + ":" + list(faults)};
     if (weights.empty())
-        return {true, whose + ": no technique can make it, nothing to sum"};
+        return undecided(whose + ": no technique can make it, nothing to sum");
     const std::string message = whose + " sum to " + text(sum);
     if (std::fabs(sum - 1) <= tolerance)
         return {true, message};
@@ -150,6 +156,8 @@ inline result check_unity(const std::string& whose, const std::vector<named_numb
 // Calls visit(technique) for every technique with a positive density.
 template <class T, class Vertex, class Visit>
 void for_each_possible(const technique_counts<T>& counts, const Vertex* path, int n, Visit&& visit) {
+    if (n < 2)
+        return;
     std::vector<T> densities(static_cast<std::size_t>(technique_count(n)));
     relative_densities(counts, path, n, densities.data());
     for (int k = 0; k < technique_count(n); ++k)
@@ -164,7 +172,7 @@ template <class F> using weight_type = std::decay_t<std::invoke_result_t<F&, tec
 } // namespace detail
 
 // The weights of all techniques of one path sum to 1. weight_of(technique) is asked for the techniques with a
-// positive density only; passes where there are none. Weights that are NaN, infinite or negative are named
+// positive density only; undecided where there are none. Weights that are NaN, infinite or negative are named
 // before any sum is taken.
 template <class T, class Vertex, class Weight>
 result partition_of_unity(const technique_counts<T>& counts, const Vertex* path, int n, Weight&& weight_of,
@@ -176,7 +184,8 @@ result partition_of_unity(const technique_counts<T>& counts, const Vertex* path,
     return detail::check_unity("the weights of a " + detail::path_of(n), claimed, tolerance);
 }
 
-// The same for any `count` weights of one sample: a pointer or an array, or a callable weight(i).
+// The same for any `count` weights of one sample: a pointer or an array, or a callable weight(i). Undecided
+// where there are none.
 template <class Weight>
 result partition_of_unity(Weight&& weight_of, int count, std::optional<double> tolerance = {}) {
     constexpr bool is_callable = std::is_invocable_v<Weight&, int>;
@@ -196,11 +205,15 @@ result partition_of_unity(Weight&& weight_of, int count, std::optional<double> t
     return detail::check_unity("the weights of a sample", claimed, tolerance.value_or(standard));
 }
 
-// One claimed weight against that of the complete path, mis::weight. The message names the techniques that
-// should have the largest weights.
+// One claimed weight against that of the complete path, mis::weight, which is 0 where the technique cannot
+// make it. The message names the techniques that should have the largest weights. A technique that no path of
+// n vertices has fails.
 template <class Heuristic, class T, class Vertex, class Claimed>
 result weight(const Heuristic& heuristic, const technique_counts<T>& counts, const Vertex* path, int n,
               technique t, Claimed claimed, double tolerance = default_tolerance<T, Claimed>) {
+    if (n < 2 || technique_index(n, t) < 0 || technique_index(n, t) >= technique_count(n) ||
+        !(technique_at(n, technique_index(n, t)) == t))
+        return {false, "there is no " + to_string(t) + " in a " + detail::path_of(n)};
     std::vector<T> all(static_cast<std::size_t>(technique_count(n)));
     mis::weights(heuristic, counts, path, n, all.data());
     const auto right_of = [&](int k) { return static_cast<double>(all[static_cast<std::size_t>(k)]); };
@@ -247,8 +260,8 @@ template <class T> struct seen_contribution {
 };
 
 template <class T> double quotient(const seen_contribution<T>& a, const seen_contribution<T>& b) {
-    const auto q = a.value / b.value;
-    return static_cast<double>(std::ldexp(q.mantissa, q.exponent));
+    const auto q = without(a.value, b.value);
+    return static_cast<double>(std::ldexp(q.mantissa, static_cast<int>(q.exponent)));
 }
 
 inline void add_ratio(std::vector<named_number>& quantities, const std::string& a, double x,
@@ -289,7 +302,7 @@ template <class T, class Vertex>
 std::vector<named_number> quantities_between(const technique_counts<T>& counts, const Vertex* path, int n,
                                              int first, int last, technique a, technique b) {
     std::vector<named_number> quantities;
-    for (int i = std::max(first, 0); i <= std::min(last, n - 1); ++i) {
+    for (int i = (std::max)(first, 0); i <= (std::min)(last, n - 1); ++i) {
         add_geometry(quantities, path, n, i);
         const auto p = area_densities(path, n, i);
         add_ratio(quantities, "P->", static_cast<double>(p.density_from_camera), "P<-",
@@ -326,9 +339,13 @@ std::vector<seen_contribution<T>> contributions(const technique_counts<T>& count
                                                 Throughput& throughput,
                                                 std::vector<std::string>& complaints) {
     using product = mis::detail::path_product<T>;
+    if (n < 2)
+        return {};
     std::vector<product> densities(static_cast<std::size_t>(technique_count(n)));
-    mis::detail::for_each_density(
-        counts, path, n, [&](int k, const product& p) { densities[static_cast<std::size_t>(k)] = p; });
+    const long long exponent = mis::detail::for_each_density(
+        counts, path, n, 0, [&](int k, const product& p) { densities[static_cast<std::size_t>(k)] = p; });
+    for (product& p : densities)
+        p.exponent += exponent; // whole, with the zeros and infinities of the light walk
     std::vector<seen_contribution<T>> seen;
     std::vector<std::string> dark;
     for (int k = 0; k < technique_count(n); ++k) {
@@ -337,7 +354,7 @@ std::vector<seen_contribution<T>> contributions(const technique_counts<T>& count
             continue;
         const double s = static_cast<double>(throughput(t));
         const product& p = densities[static_cast<std::size_t>(k)];
-        const bool without_density = p.zeros > 0, without_throughput = is_infinite(s);
+        const bool without_density = is_zero(p), without_throughput = is_infinite(s);
         if (is_nan(s) || s < 0)
             complaints.push_back("the throughput of " + to_string(t) + " is " + text(s));
         else if (without_density && !without_throughput)
@@ -345,11 +362,11 @@ std::vector<seen_contribution<T>> contributions(const technique_counts<T>& count
                                  " (impossible would be infinity)");
         else if (!without_density && without_throughput)
             complaints.push_back(to_string(t) + " has a positive density, but an infinite throughput");
-        else if (!without_density && p.infinities > 0 && s > 0)
+        else if (!without_density && is_infinite(p) && s > 0)
             complaints.push_back(to_string(t) + " has an infinite density, but the throughput " + text(s));
-        else if (!without_density && p.infinities == 0 && s > 0)
+        else if (!without_density && !is_infinite(p) && s > 0)
             seen.push_back({t, p * mis::detail::scaled_factor<mis::detail::wide_t<T>>(s)});
-        else if (!without_density && p.infinities == 0)
+        else if (!without_density && !is_infinite(p))
             dark.push_back("the throughput of " + to_string(t) + " is 0, those of others are not");
     }
     if (!seen.empty())
@@ -403,7 +420,9 @@ void compare_merge(const technique_counts<T>& counts, const Vertex* path, int n,
 // The throughputs of one path's techniques against its densities: S_k p_k is the path's contribution, the
 // same for every technique. throughput(technique) gives S_k, infinity where the technique cannot make the
 // path. `counts` are not numbers of samples here but what a technique's throughput has been divided by beside
-// the path's densities, see one_sample_each; techniques with count 0 are not asked.
+// the path's densities, see one_sample_each; techniques with count 0 are not asked. Undecided where there are
+// less than two contributions to compare: no technique can make the path, one alone can, all throughputs are
+// 0.
 //
 // From s to s + 1 the camera walk takes x_s over from the light walk. So where S p changes there, the two
 // forms part at x_s or its edges, and the factor often tells what is missing.
@@ -433,6 +452,9 @@ result throughputs(const technique_counts<T>& counts, const Vertex* path, int n,
         detail::compare_merge(counts, path, n, merges[m], before, after, tolerance, complaints);
     }
     const std::string what = "throughput times density in a " + detail::path_of(n);
+    if (complaints.empty() && seen.size() < 2)
+        return detail::undecided(what + ": " + (seen.empty() ? "no technique" : "one technique only") +
+                                 " contributes, nothing to compare");
     if (complaints.empty())
         return {true, what + " is the same for " + std::to_string(seen.size()) + " techniques"};
     return {false, what + " is not the same for all techniques:" + detail::list(complaints)};
