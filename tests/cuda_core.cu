@@ -75,10 +75,16 @@ __noinline__ __device__ T subpaths(const Heuristic& h, const mis::technique_coun
     b = weigh.arrive(weigh.scatter(b, c, forward, reverse, q[3]), d2, c);
     a = weigh.arrive(weigh.scatter_dirac(a, c, forward, reverse, mis::eta_in{q[3]}, mis::eta_out{q[4]}), d2,
                      c);
+    a = weigh.step(a, mis::cosine_out{q[0]}, forward, reverse, d2, mis::cosine_in{q[1]});
     const mis::subpath_end<T> camera{a, c, forward, reverse}, light{b, c, forward, reverse};
+    const mis::path_weights<Heuristic, T, mis::connected_surfaces> known(
+        h, mis::for_scene_of_size(counts, q[0]));
+    const mis::kept_end<T> kept = mis::keep(end);
     const mis::pdf_to_light to_light{q[4]};
     const mis::pdf_to_camera to_camera{q[5]};
-    return hits + weigh.connection(camera, light, d2) + weigh.next_event(camera, end, d2) +
+    return hits + known.connection(camera, light, d2) + known.next_event(camera, kept, d2) +
+           known.camera_connection(mis::pdf_direction{q[2]}, light, d2) + known.light_hit(a, kept) +
+           weigh.connection(camera, light, d2) + weigh.next_event(camera, end, d2) +
            weigh.camera_connection(end, light, d2) + weigh.direct(end, end, d2) +
            weigh.merge(a, b, to_light, to_camera) + weigh.merge(a, b, to_light, to_camera, q[3]) +
            mis::weight_in_subpaths(h, counts, path, n, mis::technique_at(n, 1));

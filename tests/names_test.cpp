@@ -138,7 +138,9 @@ double share() {
 }
 } // namespace everything
 
-TEST_CASE("using namespace std, mis and mis::verify together") { CHECK(everything::share() == 0.1); }
+TEST_CASE("using namespace std, mis and mis::verify together") {
+    CHECK(everything::share() == doctest::Approx(0.1));
+}
 
 TEST_CASE("beta below 1 does not lift tiny weights") {
     // relative density 1e-110, which float does not have: to the 0.1 it is 1e-11

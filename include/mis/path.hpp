@@ -266,8 +266,10 @@ template <class T> MIS_HOST_DEVICE path_product<T> product(path_density<T> p) {
 // The same as a plain number if it surely is one, else as anything that is not moderate.
 template <class T> MIS_HOST_DEVICE inline wide_t<T> plain_product(path_density<T> p) {
     using W = wide_t<T>;
-    for (const T& factor : {p.a, p.b, p.c, p.below})
-        assert_density(factor);
+    assert_density(p.a);
+    assert_density(p.b);
+    assert_density(p.c);
+    assert_density(p.below);
     const W front = W(p.a) * W(p.b), back = W(p.c) / W(p.below);
     if constexpr (std::is_same_v<T, float>)
         return front * back; // in double, where those of floats have room

@@ -175,11 +175,13 @@ template <class Heuristic, class T, class Use = any_techniques> struct path_weig
                (c.camera_connection > T(0) && (c.camera_hit == T(0) || c.next_event > T(0))));
         assert(!Use::always_connects || (c.connection > T(0) && c.direct == T(0)));
         if constexpr (detail::has_recursion<Heuristic, T>::value) { // else the assertion above says it all
-            for (const T count : {c.camera_hit, c.camera_connection, c.light_hit, c.next_event, c.connection})
+            const T units[] = {c.camera_hit, c.camera_connection, c.light_hit, c.next_event, c.connection};
+            for (const T& count : units)
                 unit = detail::select(count > T(0), count, unit);
-            for (T* count :
-                 {&relative.light_hit, &relative.next_event, &relative.connection,
-                  &relative.camera_connection, &relative.direct, &relative.camera_hit, &relative.merge}) {
+            T* const all[] = {
+                &relative.light_hit, &relative.next_event, &relative.connection, &relative.camera_connection,
+                &relative.direct,    &relative.camera_hit, &relative.merge};
+            for (T* count : all) {
                 detail::assert_density(*count);
                 *count = raise(*count / unit);
             }

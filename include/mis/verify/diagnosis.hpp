@@ -50,7 +50,7 @@ struct judgement {
 inline bool agree(double a, double b, double tolerance) {
     if (!is_number(a) || !is_number(b))
         return !is_number(a) && !is_number(b) && is_nan(a) == is_nan(b);
-    return std::abs(a - b) <= tolerance * std::max(std::abs(a), std::abs(b)) + 1e-30;
+    return std::abs(a - b) <= tolerance * (std::max)(std::abs(a), std::abs(b)) + 1e-30;
 }
 
 struct diagnosis {
@@ -279,8 +279,8 @@ inline bool gives_constant(std::size_t mistake) {
     return is_without_densities(mistake) && mistakes[mistake].plant != use_heuristic<heuristic_kind::average>;
 }
 inline bool breaks_ties(std::size_t mistake) {
-    return mistake < mistake_count && (mistakes[mistake].plant == break_ties<tie::all_win> ||
-                                       mistakes[mistake].plant == break_ties<tie::all_lose>);
+    return mistake < mistake_count && (mistakes[mistake].plant == break_ties<tie_rule::all_win> ||
+                                       mistakes[mistake].plant == break_ties<tie_rule::all_lose>);
 }
 
 // A record with all that scoring needs.
@@ -415,7 +415,7 @@ inline tally tally_of_wrong(const search& s, const hypothesis& set, std::size_t 
     if (o != explained)
         return {0, double(o == changed), 0, 0};
     const bool is_constant = set.size() == 1 && is_without_densities(set[0].mistake) && is_in(set[0], r);
-    return {1, 0, 0, is_constant ? std::max(r.surprise, surprise_of_constants) : r.surprise};
+    return {1, 0, 0, is_constant ? (std::max)(r.surprise, surprise_of_constants) : r.surprise};
 }
 inline tally tally_of_right(const search& s, unsigned char o) {
     return {0, 0, o == unchanged ? 0.0 : s.right_scale, 0};
@@ -478,7 +478,7 @@ inline bool is_better(const scored& a, const scored& b) {
 }
 inline void keep_best(std::vector<scored>& all, std::size_t count) {
     std::sort(all.begin(), all.end(), is_better);
-    all.resize(std::min(all.size(), count));
+    all.resize((std::min)(all.size(), count));
 }
 inline bool is_complete(const search& s, const scored& a) {
     return a.sums.explained == static_cast<double>(s.wrong.size()) && a.sums.spoiled == 0;
@@ -513,7 +513,7 @@ inline scored place_best(const search& s, const hypothesis& set, const outcomes&
         });
     }
     scored best;
-    best.score = -std::numeric_limits<double>::max();
+    best.score = -(std::numeric_limits<double>::max)();
     const std::size_t places = is_constant(m) ? 1 : s.places.size(); // a count is the same for all
     for (std::size_t p = 0; p < places; ++p) {
         const tally& here = with_it[p];
@@ -533,8 +533,8 @@ inline scored place_best(const search& s, const hypothesis& set, const outcomes&
 
 // How many of sorted numbers agree with x.
 inline std::ptrdiff_t agreeing_with(const std::vector<double>& sorted, double x, double tolerance) {
-    const double low = std::min(x * (1 - tolerance), x / (1 - tolerance)) - 1e-30;
-    const double high = std::max(x * (1 - tolerance), x / (1 - tolerance)) + 1e-30;
+    const double low = (std::min)(x * (1 - tolerance), x / (1 - tolerance)) - 1e-30;
+    const double high = (std::max)(x * (1 - tolerance), x / (1 - tolerance)) + 1e-30;
     return std::upper_bound(sorted.begin(), sorted.end(), high) -
            std::lower_bound(sorted.begin(), sorted.end(), low);
 }
@@ -558,7 +558,7 @@ inline void measure_surprise(search& s) {
     std::sort(claims.begin(), claims.end());
     std::sort(ratios.begin(), ratios.end());
     const double others = static_cast<double>(std::max<std::size_t>(s.wrong.size(), 2) - 1);
-    const double floor = std::min(1.0, std::max(1e-3, 2 * s.tolerance));
+    const double floor = (std::min)(1.0, (std::max)(1e-3, 2 * s.tolerance));
     for (const std::size_t i : s.wrong) {
         sampled& r = s.records[i];
         std::ptrdiff_t same = 0;
@@ -567,14 +567,14 @@ inline void measure_surprise(search& s) {
         } else {
             same = agreeing_with(claims, r.claimed, s.tolerance);
             if (is_given(ratio_of(r)) && is_number(ratio_of(r)))
-                same = std::max(same, agreeing_with(ratios, ratio_of(r), s.tolerance));
+                same = (std::max)(same, agreeing_with(ratios, ratio_of(r), s.tolerance));
         }
         const bool is_common = r.claimed == 0 || r.claimed == 1; // whatever has been made of the others
         const double chance =
-            std::max({floor, static_cast<double>(same - 1) / others, is_common ? 0.1 : 0.0});
-        r.surprise = -std::log(std::min(1.0, chance));
+            (std::max)({floor, static_cast<double>(same - 1) / others, is_common ? 0.1 : 0.0});
+        r.surprise = -std::log((std::min)(1.0, chance));
         if (!is_number(r.claimed)) // that only arithmetic in float predicts
-            r.surprise = std::max(r.surprise, surprise_of_constants);
+            r.surprise = (std::max)(r.surprise, surprise_of_constants);
     }
 }
 
@@ -589,9 +589,9 @@ inline double cost_of_wrong(const search& s) {
         for_each_place(s, i, [&](std::size_t p) { right_in[p] += s.right_scale; });
     double least = cost_of_choice(wrong, wrong + right);
     for (std::size_t p = 1; p < s.places.size(); ++p)
-        least = std::min(least,
-                         cost_of_choice(wrong_in[p], wrong_in[p] + right_in[p]) +
-                             cost_of_choice(wrong - wrong_in[p], wrong + right - wrong_in[p] - right_in[p]));
+        least = (std::min)(
+            least, cost_of_choice(wrong_in[p], wrong_in[p] + right_in[p]) +
+                       cost_of_choice(wrong - wrong_in[p], wrong + right - wrong_in[p] - right_in[p]));
     return least;
 }
 
@@ -605,7 +605,7 @@ void set_claims(search& s, double seen_right_over_wrong, Disagrees&& disagrees, 
             (disagrees(i) ? s.wrong : s.right).push_back(i);
     const double wrong = static_cast<double>(s.wrong.size()), right = static_cast<double>(s.right.size());
     s.right_scale = right > 0 && wrong > 0 ? seen_right_over_wrong * wrong / right : 1;
-    s.threshold = std::max(std::min<std::size_t>(3, s.wrong.size()), s.wrong.size() / 400);
+    s.threshold = (std::max)(std::min<std::size_t>(3, s.wrong.size()), s.wrong.size() / 400);
     measure_surprise(s);
     s.null_cost = cost_of_wrong(s);
 }
@@ -669,7 +669,7 @@ inline double fitted_count(weight_terms& terms, technique_kind kind, double clai
     bool is_missing = false;
     for_each_log_density(terms, [&](int place, double q) {
         is_missing |= log_density::is_missing(q) || log_density::is_infinite(q);
-        largest = std::max(largest, q);
+        largest = (std::max)(largest, q);
         if (place == own_place)
             own = q;
     });
@@ -1017,7 +1017,7 @@ inline hypothesis with_wrong_ties(search& s, const hypothesis& set) {
     }
     if (most == 0)
         return set;
-    const auto wrong = in[place].won > 0 ? break_ties<tie::all_win> : break_ties<tie::all_lose>;
+    const auto wrong = in[place].won > 0 ? break_ties<tie_rule::all_win> : break_ties<tie_rule::all_lose>;
     for (std::size_t k = 0; k < mistake_count; ++k)
         if (mistakes[k].plant == wrong)
             return with(set, member{k, place});

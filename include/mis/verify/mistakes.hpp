@@ -358,7 +358,7 @@ inline double likely_count(const weight_terms& terms, technique_kind kind) {
     double light_walks = 0;
     for (const auto other :
          {technique_kind::camera_connection, technique_kind::direct, technique_kind::merge})
-        light_walks = std::max(light_walks, terms.count(other));
+        light_walks = (std::max)(light_walks, terms.count(other));
     return light_walks;
 }
 template <technique_kind Kind> planted keep_disabled(weight_terms& terms, const path_record& r) {
@@ -406,7 +406,7 @@ template <weight_arithmetic Arithmetic> planted overflow(weight_terms& terms, co
     terms.arithmetic = Arithmetic;
     return planted::changed;
 }
-template <tie Ties> planted break_ties(weight_terms& terms, const path_record&) {
+template <tie_rule Ties> planted break_ties(weight_terms& terms, const path_record&) {
     terms.ties = Ties;
     return terms.heuristic == heuristic_kind::maximum ? planted::changed : planted::nothing;
 }
@@ -729,9 +729,11 @@ inline constexpr mistake mistakes[] = {
      "Divide all densities by the largest before they are raised to the power, or work in double.", "",
      detail::overflow<weight_arithmetic::float_solid_angle>},
     {"maximum_tie", "Each of several techniques that tie for the largest density has weight 1.",
-     "Techniques that tie for the largest density share 1 equally.", "", detail::break_ties<tie::all_win>},
+     "Techniques that tie for the largest density share 1 equally.", "",
+     detail::break_ties<tie_rule::all_win>},
     {"maximum_tie", "None of several techniques that tie for the largest density has weight 1.",
-     "Techniques that tie for the largest density share 1 equally.", "", detail::break_ties<tie::all_lose>},
+     "Techniques that tie for the largest density share 1 equally.", "",
+     detail::break_ties<tie_rule::all_lose>},
     {"average_of_techniques",
      "All techniques that are on weigh the same, also those that cannot make the path: 1 over their number.",
      "Weigh by densities. Techniques that cannot make the path, at Dirac vertices for one, must not be "

@@ -20,7 +20,7 @@
 namespace mis {
 
 // Stands for a number that a record does not have.
-inline constexpr double not_given = -std::numeric_limits<double>::max();
+inline constexpr double not_given = -(std::numeric_limits<double>::max)();
 
 constexpr bool is_given(double x) { return x != not_given; }
 
@@ -271,7 +271,7 @@ enum class weight_arithmetic : unsigned char {
 };
 
 // What the maximum heuristic gives to densities that tie.
-enum class tie : unsigned char { shared, all_win, all_lose };
+enum class tie_rule : unsigned char { shared, all_win, all_lose };
 
 // What one weight is computed from: densities, counts, rules. The edges' geometry is in the densities.
 struct weight_terms {
@@ -279,7 +279,7 @@ struct weight_terms {
     heuristic_kind heuristic = heuristic_kind::balance;
     double parameter = 2;
     weight_arithmetic arithmetic = weight_arithmetic::exact;
-    tie ties = tie::shared;
+    tie_rule ties = tie_rule::shared;
     double constant = not_given; // a weight that follows from no density
 
     std::vector<double> from_camera, from_light; // P-> and P<- of each vertex
@@ -332,7 +332,7 @@ inline void terms_of(const path_record& record, weight_terms& terms) {
     terms.heuristic = record.heuristic;
     terms.parameter = record.parameter;
     terms.arithmetic = weight_arithmetic::exact;
-    terms.ties = tie::shared;
+    terms.ties = tie_rule::shared;
     terms.constant = not_given;
     terms.from_camera.resize(n);
     terms.from_light.resize(n);
@@ -506,7 +506,7 @@ inline expected_weight weight_of(const weight_terms& terms) {
         if (visited < usual)
             kept[visited] = q;
         ++visited;
-        largest = std::max(largest, q);
+        largest = (std::max)(largest, q);
         if (place == own_place)
             own = q;
     });
@@ -528,8 +528,8 @@ inline expected_weight weight_of(const weight_terms& terms) {
     result.weight = detail::log_share(terms, own, largest) / sum;
     if (terms.heuristic == heuristic_kind::maximum && result.weight > 0) {
         result.tied = tied;
-        if (tied > 1 && terms.ties != tie::shared)
-            result.weight = terms.ties == tie::all_win ? 1 : 0;
+        if (tied > 1 && terms.ties != tie_rule::shared)
+            result.weight = terms.ties == tie_rule::all_win ? 1 : 0;
     }
     return result;
 }
