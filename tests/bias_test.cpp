@@ -195,7 +195,7 @@ TEST_CASE_TEMPLATE("progressive radius: the closed form, and the recurrence that
             // prod (k + alpha) / (k + 1) over k < i, in one piece
             const double product =
                 0.25 * std::exp(std::lgamma(double(i) + a) - std::lgamma(1 + a) - std::lgamma(double(i) + 1));
-            const double closed = 0.5 * std::exp(std::log(double(i)) * (a - 1) / 2);
+            const auto closed = double(0.5L * std::exp(std::log(static_cast<long double>(i)) * (a - 1) / 2));
             const double radius = double(mis::progressive_radius(T(0.5), i, alpha));
             worst_recurrence = std::max(worst_recurrence, std::fabs(double(squared) / product - 1));
             worst_closed = std::max(worst_closed, std::fabs(radius / closed - 1));

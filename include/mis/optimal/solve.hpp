@@ -52,12 +52,16 @@ template <int N, class W, bool on_stack = N != dynamic&& N <= most_on_stack> str
     W number[N];
 
     explicit scratch(int) {}
+    scratch(int, W all) {
+        for (W& x : number)
+            x = all;
+    }
     W* data() { return &number[0]; }
 };
 template <int N, class W> struct scratch<N, W, false> {
     std::vector<W> number;
 
-    explicit scratch(int n) : number(static_cast<std::size_t>(n)) {}
+    explicit scratch(int n, W all = W(0)) : number(static_cast<std::size_t>(n), all) {}
     W* data() { return number.data(); }
 };
 
@@ -372,13 +376,16 @@ std::array<T, static_cast<std::size_t>(Channels)> integral(const estimator<M, Ch
     std::array<T, static_cast<std::size_t>(Channels)> result;
     if (!is_regular) {
         const auto general = detail::factorize_in_general(e, counts);
+        // of 16 numbers at least, and 0: GCC at -O3 does not see that m is M, and warns of those beyond
+        detail::scratch<(M == dynamic || M > 16 ? M : 16), W> alpha(m, W(0));
+        W* const x = alpha.data();
         for (int c = 0; c < Channels; ++c) {
             W sum = W(0);
             for (int k = 0; k < m; ++k)
-                y[k] = e.values[c * m + k];
-            general.solve(y);
+                x[k] = e.values[c * m + k];
+            general.solve(x);
             for (int k = 0; k < m; ++k)
-                sum += y[k];
+                sum += x[k];
             result[static_cast<std::size_t>(c)] = static_cast<T>(sum);
         }
         return result;
