@@ -838,7 +838,7 @@ inline std::vector<scored> best_pairs(search& s, const std::vector<member>& cand
                 std::strcmp(identifier_of(pair[0]), identifier_of(pair[1])) == 0)
                 continue;
             double surprise = 0, hits = 0, tried = 0;
-            for (std::size_t k = 0; k < s.wrong.size() && (hits > 0 || tried < few / 2);
+            for (std::size_t k = 0; k < s.wrong.size() && (hits > 0 || 2 * tried < few);
                  k += stride, ++tried) {
                 const sampled& r = s.records[s.wrong[k]];
                 if (outcome_of(s, r, prediction(s, pair, r)) == explained)
@@ -853,6 +853,7 @@ inline std::vector<scored> best_pairs(search& s, const std::vector<member>& cand
                      [](const auto& a, const auto& b) { return a.first > b.first; });
     found.resize(std::min<std::size_t>(found.size(), 6 * kept));
     std::vector<scored> pairs;
+    pairs.reserve(found.size());
     for (const auto& [evidence, pair] : found)
         pairs.push_back(score_of(s, pair));
     keep_best(pairs, kept);

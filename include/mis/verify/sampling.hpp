@@ -314,7 +314,8 @@ template <class Pdf> void make_bins(watched_density<Pdf>& density, const sampler
     };
     const double size = 1.0 / o.bins;
     for (int k = 0; k < o.bins * o.bins; ++k) {
-        const cell c{size * (k % o.bins), size * (k / o.bins), size, size};
+        const int row = k / o.bins, column = k % o.bins;
+        const cell c{size * column, size * row, size, size};
         t.nodes.push_back({c, integrate(density, c, 0, rule)});
         if (o.support > 0)
             t.beyond_cap += integrate(capped_part, c, 0, rule);
@@ -332,7 +333,8 @@ template <class Pdf> void make_bins(watched_density<Pdf>& density, const sampler
 
 inline std::size_t bin_of(const std::vector<bin_node>& nodes, int grid, point p) {
     const auto along = [&](double x) { return (std::min)(static_cast<int>(x * grid), grid - 1); };
-    auto k = static_cast<std::size_t>(along(p.y) * grid + along(p.x));
+    const auto row = static_cast<std::size_t>(along(p.y)), column = static_cast<std::size_t>(along(p.x));
+    std::size_t k = row * static_cast<std::size_t>(grid) + column;
     while (nodes[k].halves >= 0) {
         const point middle = nodes[k].where.middle();
         const bool second = nodes[k].along_x ? p.x >= middle.x : p.y >= middle.y;
