@@ -531,7 +531,13 @@ TEST_CASE("near-dependent: densities 1 and 1 + size cos 7x, at evenly spaced poi
                 worst = std::max(worst, std::fabs(f - 1));
         }
     std::printf("near-dependent, 1 and 1 + size cos 7x: %.2g\n", worst);
+    // What is left of the sums' own rounding is epsilon over the square root of the pivot, a few 1e-9, if
+    // nothing cancels. 7.4e-10 in the order in which the library adds; -ffast-math chooses another.
+#ifdef __FAST_MATH__
+    CHECK(worst <= 5e-9);
+#else
     CHECK(worst <= 1e-9);
+#endif
 }
 
 TEST_CASE("near-dependent, from random samples: what is lost is within the variance") {
@@ -1320,7 +1326,8 @@ namespace {
 // Not a constant, of which -ffast-math may make anything.
 double made(generator& g, std::uint64_t bits) { return from_bits<double>(bits + (g.uniform() < 0)); }
 
-template <class V> bool unknown(const V& v) { return is_infinite(v) && v > 0; }
+// By its bits: of a number that it knows to be infinite, -ffast-math may say that it is not above 0.
+template <class V> bool unknown(const V& v) { return oracle::bits_of(v) == oracle::infinity_bits<V>; }
 bool no_number(double x) { return is_nan(x) || is_infinite(x); }
 
 } // namespace

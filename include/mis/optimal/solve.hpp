@@ -180,9 +180,9 @@ template <int M, class W> void substitute(factors<M, W>& a, W* x) {
     }
 }
 
-// Matrices for singular systems: of one type for all small M, so that Eigen is compiled once for them and
+// Matrices for singular systems: of one type for all M up to 64, so that Eigen is compiled once for them and
 // nothing is allocated; on the heap for large M.
-template <int M> constexpr int most = M == dynamic || M > 64 ? Eigen::Dynamic : M <= 16 ? 16 : M;
+template <int M> constexpr int most = M == dynamic || M > 64 ? Eigen::Dynamic : 64;
 template <int Most, class W>
 using general_matrix = Eigen::Matrix<W, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, Most, Most>;
 template <int Most, class W>

@@ -3,6 +3,7 @@
 // against each other. See verify.hpp.
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <mis/verify/weights.hpp>
 
@@ -135,7 +136,12 @@ struct cell {
     point middle() const { return {x + width / 2, y + height / 2}; }
 };
 
-template <class F> double two_point_gauss(F& f, const cell& c) {
+// What is checked, by calls that cost little beside a sample: so all of this is compiled once, and not for
+// each sampler.
+using sample_function = std::function<std::optional<point>()>;
+using density_function = std::function<double(point)>;
+
+inline double two_point_gauss(const density_function& f, const cell& c) {
     constexpr double offset = 0.28867513459481288225; // 1 / (2 sqrt 3)
     const double low = 0.5 - offset, high = 0.5 + offset;
     const auto at = [&](double u, double v) { return f(point{c.x + u * c.width, c.y + v * c.height}); };
@@ -147,7 +153,8 @@ struct quadrature {
     int least, at_most; // how often a cell is cut
 };
 
-template <class F> double integrate(F& f, const cell& c, double coarse, const quadrature& q, int depth = 0) {
+inline double integrate(const density_function& f, const cell& c, double coarse, const quadrature& q,
+                        int depth = 0) {
     double parts[4], fine = 0;
     for (int k = 0; k < 4; ++k)
         fine += parts[k] = two_point_gauss(f, c.quarter(k));
@@ -175,13 +182,13 @@ struct bin_node {
 };
 
 // Calls of a density, and the first result that no density may have.
-template <class Pdf> struct watched_density {
-    Pdf& pdf;
+struct watched_density {
+    const density_function& pdf;
     std::optional<point> faulty = {};
     double fault = 0;
 
     double operator()(point at) {
-        const double p = static_cast<double>(pdf(at));
+        const double p = pdf(at);
         if (fault_of(p).empty())
             return p;
         if (!faulty) {
@@ -205,19 +212,20 @@ struct inverse_density {
 };
 
 // What a domain other than the unit square says about itself.
-template <class Place> struct domain {
+struct domain {
     double measure; // of the whole square
     const char* unit;
     const char* outside;
-    Place place;
+    std::function<std::string(point)> place;
 };
 
 inline std::string interval(const char* name, double from, double to) {
     return std::string(name) + " in [" + text(from) + ", " + text(to) + ")";
 }
 
-template <class Place> std::string place_of_bin(const Place& place, const cell& c) {
-    return interval("u", c.x, c.x + c.width) + ", " + interval("v", c.y, c.y + c.height) + place(c.middle());
+inline std::string place_of_bin(const domain& where, const cell& c) {
+    return interval("u", c.x, c.x + c.width) + ", " + interval("v", c.y, c.y + c.height) +
+           where.place(c.middle());
 }
 
 // Puts all bins with less than `least` expected counts into one, and that one, if still too small, into the
@@ -286,9 +294,8 @@ struct tally {
 
 // Halves a node across the axis along which the density changes most, so that each half has its own share of
 // a peak's flank; where it changes little, across the longer side.
-template <class Pdf>
-void halve(std::vector<bin_node>& nodes, std::size_t k, watched_density<Pdf>& density,
-           const quadrature& rule) {
+inline void halve(std::vector<bin_node>& nodes, std::size_t k, const density_function& density,
+                  const quadrature& rule) {
     const cell c = nodes[k].where;
     double q[4];
     for (int i = 0; i < 4; ++i)
@@ -305,10 +312,10 @@ void halve(std::vector<bin_node>& nodes, std::size_t k, watched_density<Pdf>& de
 
 // The bins: a grid, and heavy cells of it halved until none has much more than a bin's share of the samples,
 // so that a density with a narrow peak has no less to be compared than a flat one.
-template <class Pdf> void make_bins(watched_density<Pdf>& density, const sampler_options& o, tally& t) {
+inline void make_bins(const density_function& density, const sampler_options& o, tally& t) {
     // Each leaf of the quadrature may be wrong by a thousandth of a sample.
     const quadrature rule{1e-3 / o.samples, o.refinement, o.refinement + 7};
-    auto capped_part = [&](point at) {
+    const density_function capped_part = [&](point at) {
         const double p = density(at);
         return p > 0 ? (std::max)(0.0, 1 - t.inverse.cap * p) : 0.0;
     };
@@ -344,8 +351,8 @@ inline std::size_t bin_of(const std::vector<bin_node>& nodes, int grid, point p)
 }
 
 // False if a sample is outside the square.
-template <class Sample, class Pdf>
-bool count_samples(Sample& sample, watched_density<Pdf>& density, const sampler_options& o, tally& t) {
+inline bool count_samples(const sample_function& sample, watched_density& density, const sampler_options& o,
+                          tally& t) {
     for (int k = 0; k < o.samples; ++k) {
         const std::optional<point> p = sample();
         if (!p) {
@@ -384,11 +391,11 @@ inline support_test compare_support(const tally& t, double samples, double false
 }
 
 // All bins with what is expected of them in `total` samples.
-template <class Place> std::vector<bin> bins_of(const tally& t, double total, const Place& place) {
+inline std::vector<bin> bins_of(const tally& t, double total, const domain& where) {
     std::vector<bin> bins;
     for (std::size_t k = 0; k < t.nodes.size(); ++k)
         if (t.nodes[k].halves < 0)
-            bins.push_back({t.nodes[k].mass * total, t.observed[k], place_of_bin(place, t.nodes[k].where)});
+            bins.push_back({t.nodes[k].mass * total, t.observed[k], place_of_bin(where, t.nodes[k].where)});
     return bins;
 }
 
@@ -404,7 +411,7 @@ inline double visible_error(const std::vector<bin>& bins, double degrees, double
 
 // Lost samples are a bin of the chi-squared test if enough are expected, else they have a Poisson test of
 // their own.
-template <class Place> result judge(const tally& t, const sampler_options& o, const domain<Place>& where) {
+inline result judge(const tally& t, const sampler_options& o, const domain& where) {
     const double samples = o.samples;
     const double expected_lost = (std::max)(0.0, 1 - t.mass) * samples;
     const bool lost_is_a_bin = expected_lost >= (std::max)(least_expected, 10 * quadrature_error * samples);
@@ -412,7 +419,7 @@ template <class Place> result judge(const tally& t, const sampler_options& o, co
     const int tests = 1 + (lost_is_a_bin ? 0 : 1) + (o.support > 0 ? 1 : 0);
     const double threshold = o.false_alarm / tests;
 
-    const std::vector<bin> all = bins_of(t, total, where.place);
+    const std::vector<bin> all = bins_of(t, total, where);
     std::vector<bin> bins = pooled(all, least_expected);
     const double degrees =
         static_cast<double>(bins.size()) - 1; // without a bin of lost samples, which tells no shape
@@ -481,15 +488,15 @@ inline std::string fault_of(const sampler_options& o) {
 
 // Everything about a sampler whose domain has been mapped to the unit square, area-preserving but for the
 // constant factor domain.measure.
-template <class Sample, class Pdf, class Place>
-result check_sampler(Sample& sample, Pdf& pdf, const sampler_options& o, const domain<Place>& where) {
+inline result check_sampler(const sample_function& sample, const density_function& pdf,
+                            const sampler_options& o, const domain& where) {
     if (const std::string fault = fault_of(o); !fault.empty())
         return undecided(fault);
     const auto at = [&](point p) { return "(" + text(p.x) + ", " + text(p.y) + ")" + where.place(p); };
     const double support = (o.support > 0 ? o.support : where.measure) / where.measure;
-    watched_density<Pdf> density{pdf};
+    watched_density density{pdf};
     tally t{support, {10 * support}};
-    make_bins(density, o, t);
+    make_bins(std::ref(density), o, t);
     if (!count_samples(sample, density, o, t))
         return {false, where.outside};
     if (density.faulty)
@@ -526,10 +533,10 @@ result check_sampler(Sample& sample, Pdf& pdf, const sampler_options& o, const d
 // integrates to less than 1: raise `refinement`.
 template <class Sample, class Pdf>
 result square_sampler(Sample&& sample, Pdf&& pdf, const sampler_options& options = {}) {
-    const auto nothing_to_add = [](point) { return std::string(); };
-    const detail::domain<decltype(nothing_to_add)> square{1, "", "a sample is outside the unit square",
-                                                          nothing_to_add};
-    return detail::check_sampler(sample, pdf, options, square);
+    const detail::domain square{1, "", "a sample is outside the unit square",
+                                [](point) { return std::string(); }};
+    return detail::check_sampler([&]() -> std::optional<point> { return sample(); },
+                                 [&](point at) { return static_cast<double>(pdf(at)); }, options, square);
 }
 
 // The same for unit vectors and densities per solid angle. sample() returns an optional of any vector type
@@ -564,8 +571,7 @@ result direction_sampler(Sample&& sample, Pdf&& pdf, const sampler_options& opti
         return " about direction (" + detail::text(static_cast<double>(d[0])) + ", " +
                detail::text(static_cast<double>(d[1])) + ", " + detail::text(static_cast<double>(d[2])) + ")";
     };
-    const detail::domain<decltype(place)> unit_sphere{sphere, " sr", "a sampled direction is not of length 1",
-                                                      place};
+    const detail::domain unit_sphere{sphere, " sr", "a sampled direction is not of length 1", place};
     return detail::check_sampler(on_square, density, options, unit_sphere);
 }
 
