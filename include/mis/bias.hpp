@@ -35,17 +35,18 @@ MIS_HOST_DEVICE constexpr T bias_aware_density(T density, detail::identity_t<T> 
     using W = detail::wide_t<T>;
     const W q = static_cast<W>(density), r = static_cast<W>(relative_bias),
             a = static_cast<W>(domain_measure);
-    if (!(r > W(0)) || !(q > W(0)))
-        return density;
-    if (detail::is_infinite(r) || detail::is_infinite(a))
-        return T(0);
     // r / (1 + r) on each side: neither factor exceeds its density or measure, and where a product of the two
     // overflows nothing but the limit is left.
     const W u = r / (W(1) + r);
     const W charge = (q * u) * (a * u);
-    if (detail::is_infinite(q) || detail::is_infinite(charge))
-        return static_cast<T>(W(1) / r / a / r);
-    return static_cast<T>(q / (W(1) + r) / (W(1) + r) / (W(1) + charge));
+    W result = q / (W(1) + r) / (W(1) + r) / (W(1) + charge);
+    // Selected, for packets, and tested first, for scalars, which seldom have one of these.
+    const detail::mask_t<W> at_limit = detail::is_infinite(q) || detail::is_infinite(charge);
+    if (detail::lanes<W>::any(at_limit))
+        result = detail::select<W>(at_limit, W(1) / r / a / r, result);
+    const detail::mask_t<W> impossible = detail::is_infinite(r) || detail::is_infinite(a);
+    result = detail::select(impossible, W(0), result);
+    return detail::select(r > W(0) && q > W(0), static_cast<T>(result), density);
 }
 
 // The same for all `count` techniques of a sample, each with its own r and A; r = 0 for those without bias.

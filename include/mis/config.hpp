@@ -39,40 +39,60 @@ template <class T> MIS_HOST_DEVICE constexpr void expect_real() {
 template <class T> struct identity { using type = T; };
 template <class T> using identity_t = typename identity<T>::type;
 
-template <class T> MIS_HOST_DEVICE constexpr T select(bool condition, T yes, T no) {
-    return condition ? yes : no;
-}
+// What is different if T is not a number but a packet of numbers, packet.hpp: its comparisons are masks.
+template <class T, class = void> struct lanes {
+    using scalar = T;
+    using mask = bool;
 
-template <class T> MIS_HOST_DEVICE constexpr T larger(T a, T b) { return a < b ? b : a; }
-template <class T> MIS_HOST_DEVICE constexpr T smaller(T a, T b) { return a < b ? a : b; }
-template <class T> MIS_HOST_DEVICE constexpr T absolute(T a) { return a < T(0) ? -a : a; }
+    MIS_HOST_DEVICE static constexpr T select(bool condition, T yes, T no) { return condition ? yes : no; }
+    MIS_HOST_DEVICE static constexpr bool any(bool condition) { return condition; }
+};
+template <class T> using scalar_t = typename lanes<T>::scalar;
+template <class T> using mask_t = typename lanes<T>::mask;
+
+// A constant, in each lane.
+template <class T> MIS_HOST_DEVICE constexpr T all_lanes(double x) { return T(static_cast<scalar_t<T>>(x)); }
+
+// Arguments of which T is not deduced may be expressions that become a T, as Eigen's.
+template <class T, class Mask>
+MIS_HOST_DEVICE constexpr T select(const Mask& condition, identity_t<T> yes, T no) {
+    return lanes<T>::select(condition, yes, no);
+}
+template <class T> MIS_HOST_DEVICE constexpr T larger(T a, identity_t<T> b) { return select<T>(a < b, b, a); }
+template <class T> MIS_HOST_DEVICE constexpr T smaller(T a, identity_t<T> b) {
+    return select<T>(a < b, a, b);
+}
+template <class T> MIS_HOST_DEVICE constexpr T absolute(T a) { return select<T>(a < T(0), -a, a); }
 
 // True for +infinity, for a >= 0. Only infinity and 0 are not above their half; a compiler that assumes
 // finite numbers (-ffast-math) has no reason to remove this comparison, as it removes isinf.
-template <class T> MIS_HOST_DEVICE constexpr bool is_infinite(T a) { return a > T(0) && !(a * T(0.5) < a); }
+template <class T> MIS_HOST_DEVICE constexpr mask_t<T> is_infinite(T a) {
+    return a > T(0) && !(a * all_lanes<T>(0.5) < a);
+}
 
 // Limits as constants, because device code may not call the functions of std::numeric_limits.
+// A packet's are those of its numbers.
 template <class T> struct limits {
-    static_assert(std::numeric_limits<T>::is_specialized,
-                  "mis: this scalar has no limits: specialize std::numeric_limits for it");
-    static constexpr T largest = (std::numeric_limits<T>::max)();
-    static constexpr T least_normal = (std::numeric_limits<T>::min)();
+    using scalar = scalar_t<T>;
+    static_assert(std::numeric_limits<scalar>::is_specialized,
+                  "mis: this scalar has no limits: specialize std::numeric_limits for it (for a packet of "
+                  "numbers, include <mis/packet.hpp>)");
+    static constexpr scalar largest = (std::numeric_limits<scalar>::max)();
+    static constexpr scalar least_normal = (std::numeric_limits<scalar>::min)();
 #ifdef __FAST_MATH__ // where subnormal numbers count as 0
-    static constexpr T least_positive = least_normal;
+    static constexpr scalar least_positive = least_normal;
 #else
-    static constexpr T least_positive = std::numeric_limits<T>::denorm_min();
+    static constexpr scalar least_positive = std::numeric_limits<scalar>::denorm_min();
 #endif
-    static constexpr T infinity = std::numeric_limits<T>::infinity();
+    static constexpr scalar infinity = std::numeric_limits<scalar>::infinity();
     // Numbers above this count as infinite in the recursion's state. A sixteenth of the largest number, so
     // that the sum of a few saturated terms is still finite, and so that no compiler can prove that nothing
     // is above it.
-    static constexpr T saturation = largest / 16;
+    static constexpr scalar saturation = largest / 16;
 };
 
 // min(a, saturation), also for +infinity and NaN.
-template <class T> MIS_HOST_DEVICE constexpr T saturate(T a) {
-    return select(a < limits<T>::saturation, a, T(limits<T>::saturation));
-}
+template <class T> MIS_HOST_DEVICE constexpr T saturate(T a) { return smaller(a, T(limits<T>::saturation)); }
 
 // The weight of a technique with the density `own`, as computed: in [0, 1], or 0 in place of NaN. `zero` is a
 // 0 that the compiler does not know: where it is in memory this is one instruction. A compiler that assumes
@@ -92,7 +112,7 @@ template <class T> MIS_HOST_DEVICE constexpr T proper(T weight, [[maybe_unused]]
 // Densities, throughputs and counts must be non-negative numbers; anything else is a caller's bug. The
 // comparison is false for NaN as well.
 template <class T> MIS_HOST_DEVICE constexpr void assert_density([[maybe_unused]] T density) {
-    assert(density >= T(0));
+    assert(!lanes<T>::any(!(density >= T(0))));
 }
 
 } // namespace mis::detail

@@ -61,7 +61,7 @@ MIS_HOST_DEVICE constexpr T weight_of_first(const Heuristic& heuristic, T a, T b
         const W high = static_cast<W>(detail::larger(a, b));
         const W share = heuristic.share(low, high);
         const W weight_of_low = share / (W(1) + share);
-        const W weight = detail::select(a < b, weight_of_low, W(1) - weight_of_low);
+        const W weight = detail::select<W>(a < b, weight_of_low, W(1) - weight_of_low);
         return static_cast<T>(detail::select(a > T(0), weight, W(0)));
     }
 }
@@ -76,13 +76,13 @@ MIS_HOST_DEVICE constexpr T weight_of_first(const Heuristic& heuristic, T a, T b
 // 1 / M for each of the M techniques with positive density.
 struct average_heuristic {
     template <class T> MIS_HOST_DEVICE constexpr T share(T q, T largest) const {
-        const bool possible = q > T(0) && !detail::is_infinite(largest);
-        return detail::select(q < largest, detail::select(possible, T(1), T(0)), T(1));
+        const T if_less = detail::select(q > T(0) && !detail::is_infinite(largest), T(1), T(0));
+        return detail::select(q < largest, if_less, T(1));
     }
-    template <class T> MIS_HOST_DEVICE constexpr T times(T s, T x) const {
+    template <class T> MIS_HOST_DEVICE constexpr T times(T s, detail::identity_t<T> x) const {
         return detail::select(x > T(0), s, T(0));
     }
-    template <class T> MIS_HOST_DEVICE constexpr T join(T x, T y) const { return x + y; }
+    template <class T> MIS_HOST_DEVICE constexpr T join(T x, detail::identity_t<T> y) const { return x + y; }
     template <class T> MIS_HOST_DEVICE constexpr T against(T own, T others) const {
         return own / (own + others);
     }
@@ -96,8 +96,8 @@ struct balance_heuristic {
     template <class T> MIS_HOST_DEVICE constexpr T share(T q, T largest) const {
         return detail::select(q < largest, q / largest, T(1));
     }
-    template <class T> MIS_HOST_DEVICE constexpr T times(T s, T x) const { return s * x; }
-    template <class T> MIS_HOST_DEVICE constexpr T join(T x, T y) const { return x + y; }
+    template <class T> MIS_HOST_DEVICE constexpr T times(T s, detail::identity_t<T> x) const { return s * x; }
+    template <class T> MIS_HOST_DEVICE constexpr T join(T x, detail::identity_t<T> y) const { return x + y; }
     template <class T> MIS_HOST_DEVICE constexpr T against(T own, T others) const {
         return own / (own + others);
     }
@@ -117,13 +117,15 @@ template <class Beta = two> struct power_heuristic {
         if constexpr (std::is_same_v<Beta, two>)
             return x * x;
         else
-            return static_cast<T>(pow(x, static_cast<T>(beta)));
+            return static_cast<T>(pow(x, detail::all_lanes<T>(static_cast<double>(beta))));
     }
     template <class T> MIS_HOST_DEVICE constexpr T share(T q, T largest) const {
         return to_the_beta(detail::select(q < largest, q / largest, T(1)));
     }
-    template <class T> MIS_HOST_DEVICE constexpr T times(T s, T x) const { return s * to_the_beta(x); }
-    template <class T> MIS_HOST_DEVICE constexpr T join(T x, T y) const { return x + y; }
+    template <class T> MIS_HOST_DEVICE constexpr T times(T s, detail::identity_t<T> x) const {
+        return s * to_the_beta(x);
+    }
+    template <class T> MIS_HOST_DEVICE constexpr T join(T x, detail::identity_t<T> y) const { return x + y; }
     template <class T> MIS_HOST_DEVICE constexpr T against(T own, T others) const {
         return own / (own + others);
     }
@@ -141,7 +143,7 @@ struct cutoff_heuristic {
 
     template <class T> MIS_HOST_DEVICE constexpr T share(T q, T largest) const {
         const T kept = detail::select(q < largest, q / largest, T(1));
-        return detail::select(q < static_cast<T>(alpha) * largest, T(0), kept);
+        return detail::select(q < detail::all_lanes<T>(alpha) * largest, T(0), kept);
     }
     template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const {
         return mis::weight_of_first(*this, a, b);
@@ -153,11 +155,13 @@ struct maximum_heuristic {
     template <class T> MIS_HOST_DEVICE constexpr T share(T q, T largest) const {
         return detail::select(q < largest, T(0), T(1));
     }
-    template <class T> MIS_HOST_DEVICE constexpr T times(T s, T x) const { return s * x; }
-    template <class T> MIS_HOST_DEVICE constexpr T join(T x, T y) const { return detail::larger(x, y); }
+    template <class T> MIS_HOST_DEVICE constexpr T times(T s, detail::identity_t<T> x) const { return s * x; }
+    template <class T> MIS_HOST_DEVICE constexpr T join(T x, detail::identity_t<T> y) const {
+        return detail::larger(x, y);
+    }
     // Counts a tie as one of two: the recursion does not know how many techniques tie. path.hpp does.
     template <class T> MIS_HOST_DEVICE constexpr T against(T own, T others) const {
-        const T unless_less = detail::select(own > others, T(1), T(0.5));
+        const T unless_less = detail::select(own > others, T(1), detail::all_lanes<T>(0.5));
         return detail::select(own < others || !(own > T(0)), T(0), unless_less);
     }
     template <class T> MIS_HOST_DEVICE constexpr T operator()(T a, T b) const {
@@ -205,8 +209,8 @@ MIS_HOST_DEVICE constexpr normalizer<T> normalize(const Heuristic& heuristic, co
             n.largest = larger(n.largest, static_cast<W>(densities[i]));
     for (int i = 0; i < count; ++i)
         n.total += share_of(heuristic, densities[i], n.largest);
-    if (!needs_no_scale<Heuristic, T> && !(n.largest > W(0)))
-        n.total = W(0);
+    if constexpr (!needs_no_scale<Heuristic, T>)
+        n.total = select(n.largest > W(0), n.total, W(0));
     return n;
 }
 

@@ -114,14 +114,14 @@ template <class T> struct pdf_distance_to_camera {
 template <class T>
 MIS_HOST_DEVICE constexpr per_area<T> to_area(per_solid_angle<T> p, detail::identity_t<T> cos,
                                               detail::identity_t<T> distance2) {
-    return {p.value * detail::absolute(cos) / distance2};
+    return {p.value * detail::absolute<T>(cos) / distance2};
 }
 
 // The inverse of to_area. At cos = 0 the result is infinite.
 template <class T>
 MIS_HOST_DEVICE constexpr per_solid_angle<T> to_solid_angle(per_area<T> p, detail::identity_t<T> cos,
                                                             detail::identity_t<T> distance2) {
-    return {p.value * distance2 / detail::absolute(cos)};
+    return {p.value * distance2 / detail::absolute<T>(cos)};
 }
 
 // Density per volume of a scattering point in a medium: a direction, and the density per length of the
@@ -152,8 +152,8 @@ template <class T> MIS_HOST_DEVICE constexpr T dirac_density(T probability, T et
 template <class T>
 MIS_HOST_DEVICE constexpr T shading_normal_factor(T cos_in_shading, T cos_in_geometric, T cos_out_shading,
                                                   T cos_out_geometric) {
-    const T above = detail::absolute(cos_in_shading * cos_out_geometric);
-    const T below = detail::absolute(cos_in_geometric * cos_out_shading);
+    const T above = detail::absolute<T>(cos_in_shading * cos_out_geometric);
+    const T below = detail::absolute<T>(cos_in_geometric * cos_out_shading);
     return detail::select(above > T(0), above / below, T(0));
 }
 

@@ -42,8 +42,8 @@ namespace mis {
 // is asserted wherever it is used. `a` holds c A: positive while the last edge is the walk's first, negative
 // later, because the two have counts of their own and each may be 0.
 template <class T> struct subpath_state {
-    T a = 0;
-    T b = -1;
+    T a = T(0);
+    T b = T(-1);
 };
 static_assert(sizeof(subpath_state<float>) == 2 * sizeof(float) &&
                   sizeof(subpath_state<double>) == 2 * sizeof(double),
@@ -56,7 +56,7 @@ template <class T> struct end_point {
     pdf_next_event<T> next_event; // of the point as sampled for the end of the other walk
     pdf_direction<T> direction;   // of the walk's first direction
     cosine<T> cos;                // of normal and first edge
-    bool hittable;                // false for a pinhole, a point light, a directional light
+    detail::mask_t<T> hittable;   // false for a pinhole, a point light, a directional light
 };
 
 // The same for a light whose record is kept, with its two emission densities multiplied once. Not for media.
@@ -67,7 +67,8 @@ template <class T> struct kept_end {
     T hittable; // 1 or 0
 };
 template <class T> MIS_HOST_DEVICE constexpr kept_end<T> keep(const end_point<T>& end) {
-    return {end.next_event, end.position.value * end.direction.value, end.cos, T(end.hittable ? 1 : 0)};
+    return {end.next_event, end.position.value * end.direction.value, end.cos,
+            detail::select(end.hittable, T(1), T(0))};
 }
 
 // A sub-path's last vertex, once the edge across to the other sub-path is known.
@@ -76,7 +77,7 @@ template <class T> struct subpath_end {
     cosine<T> cos;          // of the edge across
     pdf_forward<T> forward; // of continuing the walk across the edge
     pdf_reverse<T> reverse; // of going back along the walk, coming over the edge
-    T merge_factor = 1;     // of this vertex, see path_vertex
+    T merge_factor = T(1);  // of this vertex, see path_vertex
 };
 
 // What a renderer knows of its techniques when it is compiled. This is nothing; what is known takes
@@ -101,13 +102,13 @@ template <class Heuristic, class T, class = void> struct has_recursion : std::fa
 template <class Heuristic, class T>
 struct has_recursion<
     Heuristic, T,
-    std::void_t<decltype(std::declval<Heuristic>().times(std::declval<T>(), std::declval<T>()))>>
+    std::void_t<decltype(std::declval<Heuristic>().template times<T>(std::declval<T>(), std::declval<T>()))>>
     : std::true_type {};
 
 // Asserts what the arguments of a call must be: not negative and not NaN; distances positive.
 template <class T> MIS_HOST_DEVICE constexpr void expect(const T& number) { assert_density(number); }
 template <class T> MIS_HOST_DEVICE constexpr void expect([[maybe_unused]] const squared_distance<T>& d) {
-    assert(d.value > T(0));
+    assert(!lanes<T>::any(!(d.value > T(0))));
 }
 template <class T> MIS_HOST_DEVICE constexpr void expect(const end_point<T>& end) {
     expect(end.position.value);
@@ -117,12 +118,12 @@ template <class T> MIS_HOST_DEVICE constexpr void expect(const end_point<T>& end
 }
 template <class T> MIS_HOST_DEVICE constexpr void expect(const kept_end<T>& end) {
     expect(end.next_event.value);
-    assert(!(end.emission < T(0))); // NaN where an infinite density met a 0
+    assert(!lanes<T>::any(end.emission < T(0))); // NaN where an infinite density met a 0
     expect(end.cos.value);
 }
 // b is NaN where an infinite density met a 0.
 template <class T> MIS_HOST_DEVICE constexpr void expect([[maybe_unused]] const subpath_state<T>& started) {
-    assert(!(started.b < T(0)));
+    assert(!lanes<T>::any(started.b < T(0)));
 }
 template <class T> MIS_HOST_DEVICE constexpr void expect(const subpath_end<T>& end) {
     expect(end.state);
@@ -130,6 +131,12 @@ template <class T> MIS_HOST_DEVICE constexpr void expect(const subpath_end<T>& e
     expect(end.forward.value);
     expect(end.reverse.value);
     expect(end.merge_factor);
+}
+template <class Use, class T>
+MIS_HOST_DEVICE constexpr void expect_counts([[maybe_unused]] const technique_counts<T>& c) {
+    assert(!lanes<T>::any(c.direct > T(0) &&
+                          !(c.camera_connection > T(0) && (c.camera_hit == T(0) || c.next_event > T(0)))));
+    assert(!Use::always_connects || !lanes<T>::any(!(c.connection > T(0) && c.direct == T(0))));
 }
 template <class... Arguments> MIS_HOST_DEVICE constexpr void expect_all(const Arguments&... arguments) {
     (expect(arguments), ...);
@@ -161,19 +168,17 @@ template <class Heuristic, class T, class Use = any_techniques> struct path_weig
     // raised. Areas are multiplied by the unit and densities per area divided by it, which changes no weight,
     // and leaves to a common factor of the counts to choose the unit of area: see for_scene_of_size.
     technique_counts<T> relative;
-    T unit = 1, per_unit = 1, raised_per_unit = 1;
-    T merge_count = 0;    // b(counts.merge), which is an area
-    T later_in_total = 0; // what T takes of a state's `a` that is negative: -1, or without connections 0
-    T light_join = 0, camera_join = 0; // next event's and camera connection's share of such an `a`,
-    T first_light_join = 0, first_camera_join = 0; // and direct's of a first edge's
-    T nothing = 0;                                 // numbers in memory, which the compiler does not know, so
-    T least = -detail::limits<T>::saturation;      // that a comparison with them is one instruction
+    T unit = T(1), per_unit = T(1), raised_per_unit = T(1);
+    T merge_count = T(0);    // b(counts.merge), which is an area
+    T later_in_total = T(0); // what T takes of a state's `a` that is negative: -1, or without connections 0
+    T light_join = T(0), camera_join = T(0); // next event's and camera connection's share of such an `a`,
+    T first_light_join = T(0), first_camera_join = T(0); // and direct's of a first edge's
+    T nothing = T(0);                            // numbers in memory, which the compiler does not know, so
+    T least = T(-detail::limits<T>::saturation); // that a comparison with them is one instruction
 
     MIS_HOST_DEVICE constexpr path_weights(const Heuristic& h, const technique_counts<T>& c, Use = {})
         : heuristic(h), counts(c), relative(c) {
-        assert(c.direct == T(0) ||
-               (c.camera_connection > T(0) && (c.camera_hit == T(0) || c.next_event > T(0))));
-        assert(!Use::always_connects || (c.connection > T(0) && c.direct == T(0)));
+        detail::expect_counts<Use>(c);
         if constexpr (detail::has_recursion<Heuristic, T>::value) { // else the assertion above says it all
             const T units[] = {c.camera_hit, c.camera_connection, c.light_hit, c.next_event, c.connection};
             for (const T& count : units)
@@ -193,14 +198,13 @@ template <class Heuristic, class T, class Use = any_techniques> struct path_weig
             } else {
                 raised_per_unit = raise(per_unit);
                 merge_count = raise(c.merge);
-                later_in_total = c.connection > T(0) ? T(-1) : T(0);
+                later_in_total = detail::select(c.connection > T(0), T(-1), T(0));
                 light_join = -relative.next_event * raised_per_unit;
                 camera_join = -relative.camera_connection * raised_per_unit;
-                if (c.direct > T(0)) {
-                    const T direct = relative.direct * raised_per_unit;
-                    first_light_join = direct / relative.camera_connection;
-                    first_camera_join = c.next_event > T(0) ? direct / relative.next_event : T(0);
-                }
+                const T direct = relative.direct * raised_per_unit;
+                first_light_join = detail::select(c.direct > T(0), direct / relative.camera_connection, T(0));
+                first_camera_join = detail::select(c.direct > T(0) && c.next_event > T(0),
+                                                   direct / relative.next_event, T(0));
             }
         }
     }
@@ -333,7 +337,7 @@ template <class Heuristic, class T, class Use = any_techniques> struct path_weig
     }
     MIS_HOST_DEVICE constexpr T light_hit(subpath_state<T> x, const kept_end<T>& light) const {
         detail::expect_all(x, light);
-        assert(light.hittable > T(0) && counts.direct == T(0));
+        assert(!detail::lanes<T>::any(!(light.hittable > T(0) && counts.direct == T(0))));
         const T earlier = heuristic.times(x.b, per_area(light.emission));
         const T joined = heuristic.times(light_join, light.next_event.value) * x.a;
         return against(
@@ -431,9 +435,11 @@ template <class Heuristic, class T, class Use = any_techniques> struct path_weig
     MIS_HOST_DEVICE constexpr T hit(subpath_state<T> x, const end_point<T>& end, T hit_term, T join_term,
                                     T first_join_term) const {
         detail::expect_all(x, end);
-        assert(end.hittable);
-        const T emission = raise(end.direction.value * end.position.value);
-        const T earlier = Use::always_connects ? emission * x.b : emission * raised_per_unit * x.b;
+        assert(!detail::lanes<T>::any(!end.hittable));
+        T emission = raise(end.direction.value * end.position.value);
+        if constexpr (!Use::always_connects)
+            emission = emission * raised_per_unit;
+        const T earlier = emission * x.b;
         T joined = heuristic.times(join_term, end.next_event.value) * x.a;
         if constexpr (!Use::always_connects) { // on a first edge `direct` takes next event's place
             const T first = heuristic.times(first_join_term, end.position.value) * x.a;

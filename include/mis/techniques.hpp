@@ -69,13 +69,13 @@ template <class T> struct technique_counts {
     static_assert(!std::is_integral_v<T>,
                   "mis: counts are real numbers: write mis::bidirectional(float(pixels)), not (pixels)");
 
-    T light_hit = 0;         // camera walks per pixel, as are next_event's and connection's
-    T next_event = 0;        // light points sampled at each camera vertex
-    T connection = 0;        // light vertices of each depth joined to each camera vertex
-    T camera_connection = 0; // light walks per image, where the camera's densities are per pixel
-    T direct = 0;            // as camera_connection
-    T camera_hit = 0;        // light walks per image, only for a lens of finite size
-    T merge = 0;             // photons times pi r^2, see times_merge_area
+    T light_hit = T(0);         // camera walks per pixel, as are next_event's and connection's
+    T next_event = T(0);        // light points sampled at each camera vertex
+    T connection = T(0);        // light vertices of each depth joined to each camera vertex
+    T camera_connection = T(0); // light walks per image, where the camera's densities are per pixel
+    T direct = T(0);            // as camera_connection
+    T camera_hit = T(0);        // light walks per image, only for a lens of finite size
+    T merge = T(0);             // photons times pi r^2, see times_merge_area
 
     // Longest walks, counted in their own vertices, the walk's end point included: techniques that need a
     // longer one do not exist. Path-length limits need no entry here. Only the O(n) weights honour these
@@ -154,7 +154,7 @@ MIS_HOST_DEVICE technique_counts<T> for_scene_of_size(const technique_counts<T>&
 
 // pi r^2, the area of the query disk.
 template <class T> MIS_HOST_DEVICE constexpr T merge_area(T radius) {
-    return T(3.14159265358979323846264338327950288L) * radius * radius;
+    return T(detail::scalar_t<T>(3.14159265358979323846264338327950288L)) * radius * radius;
 }
 
 // [G]: a merge is a connection whose last light vertex may lie anywhere in the disk; its density times pi

@@ -26,17 +26,17 @@ MIS_HOST_DEVICE constexpr void densities_from_throughputs(const T* counts, const
                                                           T* out) {
     detail::expect_real<T>();
     using W = detail::wide_t<T>;
-    W least = detail::limits<W>::largest;
+    W least = W(detail::limits<W>::largest);
     for (int i = 0; i < count; ++i) {
         detail::assert_density(counts[i]);
         detail::assert_density(throughputs[i]);
-        if (counts[i] > T(0))
-            least = detail::smaller(least, static_cast<W>(throughputs[i]) / static_cast<W>(counts[i]));
+        const W cost = static_cast<W>(throughputs[i]) / static_cast<W>(counts[i]);
+        least = detail::select(counts[i] > T(0), detail::smaller(least, cost), least);
     }
     for (int i = 0; i < count; ++i) {
         const W cost = static_cast<W>(throughputs[i]) / static_cast<W>(counts[i]);
-        const W density = cost > least ? least / cost : W(1);
-        out[i] = counts[i] > T(0) ? static_cast<T>(density) : T(0);
+        const W density = detail::select(cost > least, least / cost, W(1));
+        out[i] = detail::select(counts[i] > T(0), static_cast<T>(density), T(0));
     }
 }
 
