@@ -11,10 +11,11 @@
 //   - no finite densities make q^beta or the sum overflow or underflow;
 //   - a negative or NaN density is a caller's bug, asserted in debug builds; the result is then unspecified.
 // Under -ffast-math the same holds, except that subnormal densities may count as 0, and that densities in
-// double must stay below 1e305.
+// double must stay below 1e305, floats in kernels below 1e35.
 //
-// Accuracy: densities in float are weighed in double and rounded once. Densities in double: two techniques
-// within 2 + beta ulp, N techniques within N + beta ulp.
+// Accuracy: on the host densities in float are weighed in double and rounded once. Densities in double, and
+// those in float in kernels, which are weighed in float alone: two techniques within 2 + beta ulp, N
+// techniques within N + beta ulp.
 #pragma once
 
 #include <cmath>
@@ -35,9 +36,10 @@ namespace detail {
 
 // Whether the heuristic's powers of numbers of T, and sums of as many as there are, surely are numbers of the
 // type in which they are weighed: of floats at most their squares. Then nothing has to be scaled.
-template <class Heuristic, class T> constexpr bool needs_no_scale = false;
-template <> inline constexpr bool needs_no_scale<balance_heuristic, float> = true;
-template <> inline constexpr bool needs_no_scale<power_heuristic<two>, float> = true;
+template <class Heuristic, class T>
+constexpr bool needs_no_scale =
+    !std::is_same_v<weighing_t<T>, T> &&
+    (std::is_same_v<Heuristic, balance_heuristic> || std::is_same_v<Heuristic, power_heuristic<two>>);
 
 // q as the type in which it is weighed, with a number that beats all others, and whose square is one, for
 // infinity.
@@ -51,7 +53,7 @@ MIS_HOST_DEVICE constexpr T weight_of_first(const Heuristic& heuristic, T a, T b
     detail::expect_real<T>();
     detail::assert_density(a);
     detail::assert_density(b);
-    using W = detail::wide_t<T>;
+    using W = detail::weighing_t<T>;
     if constexpr (detail::needs_no_scale<Heuristic, T>) {
         const W x = heuristic.times(W(1), detail::finite_density(a));
         const W y = heuristic.times(W(1), detail::finite_density(b));
@@ -186,21 +188,23 @@ MIS_DETAIL_CONSTANT maximum_heuristic maximum{};
 namespace detail {
 
 template <class T> struct normalizer {
-    wide_t<T> largest, total; // the largest density; the sum of all shares, 0 only where all densities are 0
+    weighing_t<T> largest,
+        total; // the largest density; the sum of all shares, 0 only where all densities are 0
 };
 
 template <class Heuristic, class T>
-MIS_HOST_DEVICE constexpr wide_t<T> share_of(const Heuristic& heuristic, T density, wide_t<T> largest) {
+MIS_HOST_DEVICE constexpr weighing_t<T> share_of(const Heuristic& heuristic, T density,
+                                                 weighing_t<T> largest) {
     if constexpr (needs_no_scale<Heuristic, T>)
-        return heuristic.times(wide_t<T>(1), finite_density(density));
+        return heuristic.times(weighing_t<T>(1), finite_density(density));
     else
-        return heuristic.share(static_cast<wide_t<T>>(density), largest);
+        return heuristic.share(static_cast<weighing_t<T>>(density), largest);
 }
 
 template <class Heuristic, class T>
 MIS_HOST_DEVICE constexpr normalizer<T> normalize(const Heuristic& heuristic, const T* densities, int count) {
     expect_real<T>();
-    using W = wide_t<T>;
+    using W = weighing_t<T>;
     normalizer<T> n{W(0), W(0)};
     for (int i = 0; i < count; ++i)
         assert_density(densities[i]);
@@ -216,7 +220,7 @@ MIS_HOST_DEVICE constexpr normalizer<T> normalize(const Heuristic& heuristic, co
 
 template <class Heuristic, class T>
 MIS_HOST_DEVICE constexpr T normalized(const Heuristic& heuristic, const normalizer<T>& n, T density) {
-    using W = wide_t<T>;
+    using W = weighing_t<T>;
     const W weight = share_of(heuristic, density, n.largest) / n.total;
     return static_cast<T>(select(n.total > W(0), weight, W(0)));
 }
