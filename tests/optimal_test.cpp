@@ -243,11 +243,13 @@ template <int M> void compare_random(errors& worst, int trials, std::uint64_t se
 }
 
 template <class F> void for_fixed_and_dynamic(const F& f) {
-    f(std::integral_constant<int, 1>{}), f(std::integral_constant<int, 2>{});
-    f(std::integral_constant<int, 3>{}), f(std::integral_constant<int, 4>{});
-    f(std::integral_constant<int, 5>{}), f(std::integral_constant<int, 8>{});
-    f(std::integral_constant<int, 13>{}), f(std::integral_constant<int, 16>{});
-    f(std::integral_constant<int, dynamic>{});
+    f(std::integral_constant<int, 2>{}), f(std::integral_constant<int, 5>{});
+    f(std::integral_constant<int, 8>{}), f(std::integral_constant<int, dynamic>{});
+#ifndef __FAST_MATH__ // each takes seconds to compile
+    f(std::integral_constant<int, 1>{}), f(std::integral_constant<int, 3>{});
+    f(std::integral_constant<int, 4>{}), f(std::integral_constant<int, 13>{});
+    f(std::integral_constant<int, 16>{});
+#endif
 }
 
 } // namespace
