@@ -4,9 +4,9 @@
 #include "inputs.hpp"
 #include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <experimental/simd>
 #include <mis/packet.hpp>
-#include <string>
 #include <type_traits>
 
 namespace {
@@ -43,7 +43,7 @@ struct stopwatch {
     }
 };
 
-bool failed = false;
+bool missed = false, failed = false;
 
 // What time(one) / time(other) is allowed to be: at least, at most, or anything.
 struct bar {
@@ -65,18 +65,18 @@ template <class One, class Other>
         apart =
             std::max(apart, std::fabs(static_cast<double>(of_one[i]) / static_cast<double>(of_other[i]) - 1));
     const double ratio = time_of_one.least / time_of_other.least, calls = count;
-    std::string verdict;
+    const bool is_fast = ratio >= allowed.at_least && (!(allowed.at_most > 0) || ratio <= allowed.at_most);
+    const bool is_right = !same || apart <= 1e-5;
+    missed = missed || !is_fast;
+    failed = failed || !is_right;
+    char limit[32] = "";
     if (allowed.at_least > 0)
-        verdict = ratio >= allowed.at_least ? ">= " : "MISSED: >= ",
-        verdict += std::to_string(allowed.at_least).substr(0, 3);
+        std::snprintf(limit, sizeof limit, ">= %.1f", allowed.at_least);
     if (allowed.at_most > 0)
-        verdict = ratio <= allowed.at_most ? "<= " : "MISSED: <= ",
-        verdict += std::to_string(allowed.at_most).substr(0, 3);
-    if (same && !(apart <= 1e-5))
-        verdict += " FAILED: the weights differ";
-    failed = failed || verdict.find("ED") != std::string::npos;
-    std::printf("%-28s %-24s %6.2f   %-24s %6.2f   %5.2f  %s\n", what, one_name, time_of_one.least / calls,
-                other_name, time_of_other.least / calls, ratio, verdict.c_str());
+        std::snprintf(limit, sizeof limit, "<= %.1f", allowed.at_most);
+    std::printf("%-28s %-24s %6.2f   %-24s %6.2f   %5.2f  %s%s%s\n", what, one_name,
+                time_of_one.least / calls, other_name, time_of_other.least / calls, ratio, limit,
+                is_fast ? "" : "  MISSED", is_right ? "" : "  FAILED: the weights differ");
 }
 
 // The numbers of connections, or of the edges of walks, as arrays.
@@ -201,5 +201,6 @@ int main() {
         [&](float* __restrict w) {
             fill<packet>(w, [&](std::size_t i) { return walk(eight, camera, light, distance2, i); });
         });
-    return failed ? 1 : 0;
+    // Times are the machine's: where that is not one of ours, they may be reported alone.
+    return failed || (missed && !std::getenv("MIS_TIMES_ARE_REPORTED")) ? 1 : 0;
 }
