@@ -185,22 +185,19 @@ int main() {
             three_numbers);
     compare("connection", "surfaces, arrays", "three numbers, arrays", false, {0, 1.1}, connections(known),
             three_numbers);
-    compare(
-        "connection", "surfaces, one by one", "surfaces, packets", true, {3.3, 0},
-        [&](float* __restrict w) {
-            fill<float>(w, [&](std::size_t i) { return connection(known, camera, light, distance2, i); });
-        },
-        [&](float* __restrict w) {
-            fill<packet>(w, [&](std::size_t i) { return connection(eight, camera, light, distance2, i); });
-        });
-    compare(
-        "walk of 8, and connection", "surfaces, one by one", "surfaces, packets", true, {5, 0},
-        [&](float* __restrict w) {
-            fill<float>(w, [&](std::size_t i) { return walk(known, camera, light, distance2, i); });
-        },
-        [&](float* __restrict w) {
-            fill<packet>(w, [&](std::size_t i) { return walk(eight, camera, light, distance2, i); });
-        });
+    // weight(path_weights, place in the arrays), as a number or as eight
+    const auto one_by_one_and_eight = [&](const char* what, double at_least, const auto& weight) {
+        compare(
+            what, "surfaces, one by one", "surfaces, packets", true, {at_least, 0},
+            [&](float* w) { fill<float>(w, [&](std::size_t i) { return weight(known, i); }); },
+            [&](float* w) { fill<packet>(w, [&](std::size_t i) { return weight(eight, i); }); });
+    };
+    one_by_one_and_eight("connection", 3.3, [&](const auto& weigh, std::size_t i) {
+        return connection(weigh, camera, light, distance2, i);
+    });
+    one_by_one_and_eight("walk of 8, and connection", 5, [&](const auto& weigh, std::size_t i) {
+        return walk(weigh, camera, light, distance2, i);
+    });
     // Times are the machine's: where that is not one of ours, they may be reported alone.
     return failed || (missed && !std::getenv("MIS_TIMES_ARE_REPORTED")) ? 1 : 0;
 }

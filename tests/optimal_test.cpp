@@ -1331,7 +1331,7 @@ double made(std::uint64_t bits) {
     return from_bits<double>(hidden);
 }
 
-// By its bits: of a number that it knows to be infinite, -ffast-math may say that it is not above 0.
+// By its bits, whatever -ffast-math makes of comparisons with infinity.
 template <class V> bool unknown(const V& v) { return oracle::bits_of(v) == oracle::infinity_bits<V>; }
 bool no_number(double x) { return is_nan(x) || is_infinite(x); }
 

@@ -21,6 +21,13 @@
 #endif
 #endif
 
+// For what is only fast where numbers stay in registers.
+#if defined(__GNUC__)
+#define MIS_DETAIL_INLINE [[gnu::always_inline]] MIS_HOST_DEVICE inline
+#else
+#define MIS_DETAIL_INLINE MIS_HOST_DEVICE inline
+#endif
+
 namespace mis::detail {
 
 // The type in which weights of T are computed. In double, no product or sum of a few powers of floats can

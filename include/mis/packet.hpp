@@ -18,13 +18,6 @@
 #include <mis/config.hpp>
 #include <utility>
 
-// Left to themselves, compilers call the function that chooses, and packets go through memory.
-#if defined(__GNUC__)
-#define MIS_DETAIL_INLINE [[gnu::always_inline]] inline
-#else
-#define MIS_DETAIL_INLINE inline
-#endif
-
 namespace mis::detail {
 
 namespace packets {
@@ -32,7 +25,8 @@ namespace packets {
 template <class T>
 using comparison = std::decay_t<decltype(std::declval<const T&>() < std::declval<const T&>())>;
 
-// What the libraries call the two operations, in the order of preference.
+// What the libraries call the two operations, in the order of preference. Inlined by order: left to itself, a
+// compiler calls the one that chooses, and packets go through memory.
 struct third {};
 struct second : third {};
 struct first : second {};
@@ -84,5 +78,3 @@ template <class T> struct lanes<T, std::enable_if_t<!std::is_convertible_v<packe
 };
 
 } // namespace mis::detail
-
-#undef MIS_DETAIL_INLINE

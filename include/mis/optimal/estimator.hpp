@@ -36,11 +36,6 @@
 
 // For what runs once a sample: the loops are of constant length once they are inlined, and numbers then stay
 // in registers. Unrolling the loops over channels and pairs lets the loop around them be vectorized.
-#if defined(__GNUC__)
-#define MIS_DETAIL_INLINE [[gnu::always_inline]] MIS_HOST_DEVICE inline
-#else
-#define MIS_DETAIL_INLINE MIS_HOST_DEVICE inline
-#endif
 #if defined(__GNUC__) && !defined(__clang__) && !defined(__CUDACC__)
 #define MIS_DETAIL_UNROLL _Pragma("GCC unroll 16")
 #define MIS_DETAIL_UNROLL_TWICE _Pragma("GCC unroll 2")
@@ -489,6 +484,5 @@ MIS_HOST_DEVICE void weights(const Alpha& alpha, T f, const Counts& counts, cons
 
 } // namespace mis::optimal
 
-#undef MIS_DETAIL_INLINE
 #undef MIS_DETAIL_UNROLL
 #undef MIS_DETAIL_UNROLL_TWICE
