@@ -6,18 +6,19 @@ program=${1:?usage: count_instructions.sh PROGRAM}
 repetitions=1000
 status=0
 
-declare -A limits=([complete_path_areas]=2500 [complete_path]=2800) # for GCC 12 and the release preset's flags
+declare -A limits=([power]=16 [complete_path_areas]=2500 [complete_path]=2800) # for GCC 12 and the release preset's flags
+declare -A measured=([power]=call_power [power_by_hand]=call_power_by_hand) # functions; else measure_NAME
 declare -A about=(
-    [power_by_hand]="two techniques, power 2, by hand (overflows in float)"
-    [power]="two techniques, mis::power"
+    [power_by_hand]="two techniques, power 2, by hand (overflows in float), a call"
+    [power]="two techniques, mis::power, a call"
     [connection_loop]="connection weight, loop over 4 + 4 vertices, balance"
     [complete_path_areas]="all 15 weights of a path of 8, area densities"
     [complete_path]="all 15 weights of a path of 8, measured geometry"
 )
 
-printf '%-58s %12s %12s\n' "what" "instructions" "at most"
+printf '%-62s %12s %12s\n' "what" "instructions" "at most"
 for name in $("$program"); do
-    total=$(valgrind --tool=callgrind --callgrind-out-file=/dev/null --toggle-collect="measure_$name" \
+    total=$(valgrind --tool=callgrind --callgrind-out-file=/dev/null --toggle-collect="${measured[$name]-measure_$name}" \
         "$program" "$name" 2>&1 | awk '/Collected/ { print $NF }')
     count=$(awk -v t="$total" -v n=$repetitions 'BEGIN { printf "%.1f", t / n }')
     limit=${limits[$name]-}
@@ -26,6 +27,6 @@ for name in $("$program"); do
         verdict="  above the limit"
         status=1
     fi
-    printf '%-58s %12s %12s%s\n' "${about[$name]}" "$count" "$limit" "$verdict"
+    printf '%-62s %12s %12s%s\n' "${about[$name]}" "$count" "$limit" "$verdict"
 done
 exit $status

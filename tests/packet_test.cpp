@@ -133,8 +133,8 @@ TEST_CASE("heuristics: each lane has the weights of its densities, over the whol
                     for (int i = 0; i < n; ++i)
                         of_many.see(
                             ulp_error(lane<L>(w[i], at), exact[static_cast<std::size_t>(i)]) / (n + beta), k);
-                    of_two.see(ulp_error(lane<L>(first, at), oracle::weights(reference, &densities[0], 2)[0]),
-                               k);
+                    of_two.see(
+                        error_of_two(lane<L>(first, at), oracle::weights(reference, &densities[0], 2)[0]), k);
                 }
             }
             std::printf("%s, %d lanes, beta %d: two techniques %.2f ulp, N techniques %.2f (N + beta) ulp\n",

@@ -69,6 +69,12 @@ template <class T> double ulp_error(T computed, const wide& exact) {
     return static_cast<double>(std::fabs(in_units(x) - in_units(exact)));
 }
 
+// The same for a weight of two techniques, where one below the least normal number may be 0.
+template <class T> double error_of_two(T weight, const wide& exact) {
+    const bool is_below_normal = exact.exponent <= std::numeric_limits<T>::min_exponent - 1;
+    return bits_of(weight) == 0 && is_below_normal ? 0 : ulp_error(weight, exact);
+}
+
 // Same between two computed values.
 template <class T> double ulp_distance(T a, T b) {
     if (is_nan(a) || is_nan(b))

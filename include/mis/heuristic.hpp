@@ -13,9 +13,9 @@
 // Under -ffast-math the same holds, except that subnormal densities may count as 0, and that densities in
 // double must stay below 1e305, floats in kernels below 1e35.
 //
-// Accuracy: on the host densities in float are weighed in double and rounded once. Densities in double, and
-// those in float in kernels, which are weighed in float alone: two techniques within 2 + beta ulp, N
-// techniques within N + beta ulp.
+// Accuracy: two techniques are within 2 + beta ulp, but that balance and power give 0 for a weight below the
+// least normal number. (The bias is less than that number times the integral.) N techniques are within N +
+// beta ulp; on the host, where floats are weighed in double, floats are rounded once.
 #pragma once
 
 #include <cmath>
@@ -34,16 +34,25 @@ struct two;
 
 namespace detail {
 
+// Whether a quotient of densities that overflows loses no more than a weight below the least normal number.
+template <class Heuristic>
+constexpr bool is_of_quotients =
+    std::is_same_v<Heuristic, balance_heuristic> || std::is_same_v<Heuristic, power_heuristic<two>>;
+
 // Whether the heuristic's powers of numbers of T, and sums of as many as there are, surely are numbers of the
 // type in which they are weighed: of floats at most their squares. Then nothing has to be scaled.
 template <class Heuristic, class T>
-constexpr bool needs_no_scale =
-    !std::is_same_v<weighing_t<T>, T> &&
-    (std::is_same_v<Heuristic, balance_heuristic> || std::is_same_v<Heuristic, power_heuristic<two>>);
+constexpr bool needs_no_scale = !std::is_same_v<weighing_t<T>, T> && is_of_quotients<Heuristic>;
 
 // q as the type in which it is weighed, with a number that beats all others, and whose square is one, for
 // infinity.
 MIS_HOST_DEVICE constexpr double finite_density(float q) { return smaller(static_cast<double>(q), 1e150); }
+
+#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
+constexpr bool compares_nan = false;
+#else
+constexpr bool compares_nan = true;
+#endif
 
 } // namespace detail
 
@@ -53,12 +62,14 @@ MIS_HOST_DEVICE constexpr T weight_of_first(const Heuristic& heuristic, T a, T b
     detail::expect_real<T>();
     detail::assert_density(a);
     detail::assert_density(b);
-    using W = detail::weighing_t<T>;
-    if constexpr (detail::needs_no_scale<Heuristic, T>) {
-        const W x = heuristic.times(W(1), detail::finite_density(a));
-        const W y = heuristic.times(W(1), detail::finite_density(b));
-        return static_cast<T>(detail::select(x > W(0), x / (x + y), W(0)));
+    if constexpr (detail::is_of_quotients<Heuristic> && detail::compares_nan) {
+        // Nothing here branches or changes the type, so that compilers can vectorise it.
+        const T weight = T(1) / (T(1) + heuristic.times(T(1), b / a));
+        const T if_same =
+            detail::select(a > T(0), detail::all_lanes<T>(0.5), T(0)); // 0 / 0, infinity / infinity
+        return detail::select(weight >= T(0), weight, if_same);
     } else {
+        using W = detail::weighing_t<T>;
         const W low = static_cast<W>(detail::smaller(a, b));
         const W high = static_cast<W>(detail::larger(a, b));
         const W share = heuristic.share(low, high);
