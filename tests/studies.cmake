@@ -6,6 +6,7 @@ function(mis_test_study study refused)
     add_test(NAME study_${study}_command_line
              COMMAND ${CMAKE_COMMAND} -D PROGRAM=$<TARGET_FILE:study_${study}> -D REFUSED=${refused} -P
                      ${CMAKE_CURRENT_SOURCE_DIR}/study_command_line.cmake)
+    set(tested_programs ${tested_programs} study_${study} PARENT_SCOPE)
 endfunction()
 
 mis_test_study(bias --largest=0,--largest=many,--per-decade=-1,--repetitions=0,--seed=x
