@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Calls every function of the core on the device, in float and double, so that nvcc compiles each of them.
 // Compiled only; the numbers mean nothing.
+#include <mis/batch.hpp>
 #include <mis/mis.hpp>
 
 namespace {
@@ -17,6 +18,7 @@ template <class T, class Heuristic> __device__ T any_number(const Heuristic& h, 
     sum += mis::weight(h, q, n, 1) + mis::weight(h, array, 2);
     mis::weights(h, q, n, q);
     mis::weights(h, array, array);
+    mis::weights_of_sample<2>(h, q, 4, n, q);
     return sum + array[0];
 }
 

@@ -212,18 +212,20 @@ MIS_HOST_DEVICE constexpr weighing_t<T> share_of(const Heuristic& heuristic, T d
         return heuristic.share(static_cast<weighing_t<T>>(density), largest);
 }
 
+// Of the densities 0, stride, 2 stride ...
 template <class Heuristic, class T>
-MIS_HOST_DEVICE constexpr normalizer<T> normalize(const Heuristic& heuristic, const T* densities, int count) {
+MIS_HOST_DEVICE constexpr normalizer<T> normalize(const Heuristic& heuristic, const T* densities, int count,
+                                                  std::ptrdiff_t stride = 1) {
     expect_real<T>();
     using W = weighing_t<T>;
     normalizer<T> n{W(0), W(0)};
     for (int i = 0; i < count; ++i)
-        assert_density(densities[i]);
+        assert_density(densities[i * stride]);
     if constexpr (!needs_no_scale<Heuristic, T>)
         for (int i = 0; i < count; ++i)
-            n.largest = larger(n.largest, static_cast<W>(densities[i]));
+            n.largest = larger(n.largest, static_cast<W>(densities[i * stride]));
     for (int i = 0; i < count; ++i)
-        n.total += share_of(heuristic, densities[i], n.largest);
+        n.total += share_of(heuristic, densities[i * stride], n.largest);
     if constexpr (!needs_no_scale<Heuristic, T>)
         n.total = select(n.largest > W(0), n.total, W(0));
     return n;

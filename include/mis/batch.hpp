@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: MIT
+// Floor 1: heuristics over arrays, one array per technique, as wavefront renderers keep densities: technique
+// i has the effective relative density densities[i * stride + k] for sample k, stride >= samples. Weights and
+// edges are those of heuristic.hpp. Accuracy: balance and power (2) weigh floats in float, N techniques
+// within N + beta ulp, and give 0 for a weight below the least normal number where they do not round it.
+//
+// Compilers vectorise balance and power, at -O2 as well.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <mis/heuristic.hpp>
+
+namespace mis {
+
+namespace detail {
+
+// So many samples at a time: their sums stay in the first cache, and the compiler knows how many they are.
+constexpr std::ptrdiff_t samples_at_once = 64;
+
+// Integers as wide as T, the exponent of whose bits is all ones for infinity.
+template <class T> struct bits_of {
+    using type = std::conditional_t<sizeof(T) == 4, std::int32_t, std::int64_t>;
+    static constexpr type infinity = sizeof(T) == 4 ? type(0x7f800000) : type(0x7ff0000000000000);
+    static constexpr type one = sizeof(T) == 4 ? type(0x3f800000) : type(0x3ff0000000000000);
+    static constexpr type exponent_of_one = sizeof(T) == 4 ? type(1) << 23 : type(1) << 52;
+};
+template <class To, class From> constexpr To cast_bits(From x) { return __builtin_bit_cast(To, x); }
+
+// The power of two that takes `largest` into [2, 4); less if it is subnormal or 0; 0 if it is infinite.
+template <class T> constexpr T scale_for(T largest) {
+    using bits = bits_of<T>;
+    const auto down = bits::infinity - (cast_bits<typename bits::type>(largest) & bits::infinity);
+    constexpr auto most = bits::infinity - bits::exponent_of_one;
+    return cast_bits<T>(down < most ? down : most);
+}
+
+// q times its scale. Where the largest is infinite: 1 if q is, too, else 0. Infinity is told by its bits, so
+// that neither a branch nor a NaN is needed.
+template <class T> constexpr T scaled(T q, T scale) {
+    using bits = bits_of<T>;
+    const auto x = cast_bits<typename bits::type>(q);
+    const auto finite = x < bits::infinity ? x : bits::infinity - 1;
+    const auto one_if_infinite = x < bits::infinity ? 0 : bits::one;
+    return cast_bits<T>(finite) * scale + cast_bits<T>(one_if_infinite);
+}
+
+// Samples 0 to Size - 1 of a heuristic that is_of_quotients.
+template <std::ptrdiff_t Size, class Heuristic, class T>
+void weights_of_some(const Heuristic& heuristic, const T* densities, int techniques, std::ptrdiff_t stride,
+                     T* out) {
+    T largest[Size] = {}, scale[Size], total[Size] = {}, share[Size];
+    for (int i = 0; i < techniques; ++i) {
+        const T* q = densities + i * stride;
+        for (std::ptrdiff_t k = 0; k < Size; ++k)
+            assert_density(q[k]);
+        for (std::ptrdiff_t k = 0; k < Size; ++k)
+            largest[k] = larger(largest[k], q[k]);
+    }
+    for (std::ptrdiff_t k = 0; k < Size; ++k)
+        scale[k] = scale_for(largest[k]);
+    // Through a copy of its own, because `out` may be `densities`.
+    for (int i = 0; i < techniques; ++i) {
+        for (std::ptrdiff_t k = 0; k < Size; ++k)
+            share[k] = heuristic.times(T(1), scaled(densities[i * stride + k], scale[k]));
+        for (std::ptrdiff_t k = 0; k < Size; ++k) {
+            total[k] += share[k];
+            out[i * stride + k] = share[k];
+        }
+    }
+    for (std::ptrdiff_t k = 0; k < Size; ++k)
+        total[k] = larger(total[k], T(limits<T>::least_normal)); // not 0 / 0
+    for (int i = 0; i < techniques; ++i) {
+        T* w = out + i * stride;
+        for (std::ptrdiff_t k = 0; k < Size; ++k)
+            w[k] = w[k] / total[k];
+    }
+}
+
+} // namespace detail
+
+// out[k] = weight of the first of two techniques with the effective densities a[k] and b[k], for k < samples.
+// `out` may be a or b.
+template <class Heuristic, class T>
+void weights_of_first(const Heuristic& heuristic, const T* a, const T* b, std::ptrdiff_t samples, T* out) {
+    detail::expect_real<T>();
+    using detail::samples_at_once;
+    T w[samples_at_once];
+    std::ptrdiff_t first = 0;
+    for (; first + samples_at_once <= samples; first += samples_at_once) {
+        for (std::ptrdiff_t k = 0; k < samples_at_once; ++k)
+            w[k] = mis::weight_of_first(heuristic, a[first + k], b[first + k]);
+        for (std::ptrdiff_t k = 0; k < samples_at_once; ++k)
+            out[first + k] = w[k];
+    }
+    for (; first < samples; ++first)
+        out[first] = mis::weight_of_first(heuristic, a[first], b[first]);
+}
+
+// out[i * stride + k] = weight of technique i for sample k. `out` may be `densities`.
+template <class Heuristic, class T>
+void weights_of_arrays(const Heuristic& heuristic, const T* densities, int techniques, std::ptrdiff_t samples,
+                       std::ptrdiff_t stride, T* out) {
+    detail::expect_real<T>();
+    assert(stride >= samples || techniques <= 1);
+    constexpr bool is_number = std::is_same_v<T, float> || std::is_same_v<T, double>;
+    std::ptrdiff_t first = 0;
+    if constexpr (is_number && detail::is_of_quotients<Heuristic>) {
+        constexpr std::ptrdiff_t some = detail::samples_at_once;
+        for (; first + some <= samples; first += some)
+            detail::weights_of_some<some>(heuristic, densities + first, techniques, stride, out + first);
+        for (; first < samples; ++first)
+            detail::weights_of_some<1>(heuristic, densities + first, techniques, stride, out + first);
+    }
+    for (; first < samples; ++first) {
+        const auto n = detail::normalize(heuristic, densities + first, techniques, stride);
+        for (int i = 0; i < techniques; ++i)
+            out[i * stride + first] = detail::normalized(heuristic, n, densities[i * stride + first]);
+    }
+}
+
+// The same for sample k alone and N techniques, for kernels: N is known to the compiler, so that the
+// densities are read once and stay in registers, and neighbouring threads read neighbouring numbers.
+template <int N, class Heuristic, class T>
+MIS_HOST_DEVICE constexpr void weights_of_sample(const Heuristic& heuristic, const T* densities,
+                                                 std::ptrdiff_t stride, std::ptrdiff_t k, T* out) {
+    T q[N]{};
+    for (int i = 0; i < N; ++i)
+        q[i] = densities[i * stride + k];
+    mis::weights(heuristic, &q[0], N, &q[0]);
+    for (int i = 0; i < N; ++i)
+        out[i * stride + k] = q[i];
+}
+
+} // namespace mis
