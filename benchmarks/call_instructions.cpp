@@ -1,5 +1,5 @@
 // Each call of a renderer's loops a thousand times, so that valgrind can count its instructions:
-//     call_instructions SCHEME CALL        (no arguments: prints all of both)
+//     call_instructions SCHEME        (no argument: prints all schemes)
 // benchmarks/count_calls.sh runs all of them and prints the table. Calls are not inlined, and what they are
 // given lies in memory; the two ends of a path differ, so that no work is shared between them.
 #include "inputs.hpp"
@@ -17,93 +17,91 @@ namespace {
 constexpr int repetitions = 1000;
 
 // mis, with the same names as the three numbers of alternatives.hpp.
-template <class Heuristic, class Use> struct two_number_weights {
-    using state = mis::subpath_state<float>;
-    using end = mis::subpath_end<float>;
-    using light = mis::end_point<float>;
-    mis::path_weights<Heuristic, float, Use> weigh{{}, mis::connection_and_merging(1000.f, 0.01f)};
+template <class Heuristic, class Use, class T> struct two_number_weights {
+    using number = T;
+    using state = mis::subpath_state<T>;
+    using end = mis::subpath_end<T>;
+    using light = mis::end_point<T>;
+    mis::path_weights<Heuristic, T, Use> weigh{{}, mis::connection_and_merging(T(1000), T(0.01))};
 
-    static state make_state(float a, float b, float) { return {a, b}; }
-    static end make_end(state x, float cos, float forward, float reverse) {
+    static state make_state(T a, T b, T) { return {a, b}; }
+    static end make_end(state x, T cos, T forward, T reverse) {
         return {x, mis::cosine{cos}, mis::pdf_forward{forward}, mis::pdf_reverse{reverse}};
     }
-    static light make_light(float position, float next_event, float direction, float cos, bool hittable) {
+    static light make_light(T position, T next_event, T direction, T cos, bool hittable) {
         return {mis::pdf_position{position}, mis::pdf_next_event{next_event}, mis::pdf_direction{direction},
                 mis::cosine{cos}, hittable};
     }
-    state arrive(state x, float distance2, float cos_in) const {
+    state arrive(state x, T distance2, T cos_in) const {
         return weigh.arrive(x, mis::squared_distance{distance2}, mis::cosine{cos_in});
     }
-    state scatter(state x, float cos_out, float forward, float reverse) const {
+    state scatter(state x, T cos_out, T forward, T reverse) const {
         return weigh.scatter(x, mis::cosine{cos_out}, mis::pdf_forward{forward}, mis::pdf_reverse{reverse});
     }
-    state step(state x, float cos_out, float forward, float reverse, float distance2, float cos_in) const {
+    state step(state x, T cos_out, T forward, T reverse, T distance2, T cos_in) const {
         return weigh.step(x, mis::cosine_out{cos_out}, mis::pdf_forward{forward}, mis::pdf_reverse{reverse},
                           mis::squared_distance{distance2}, mis::cosine_in{cos_in});
     }
-    state scatter_dirac(state x, float cos_in, float forward, float reverse) const {
+    state scatter_dirac(state x, T cos_in, T forward, T reverse) const {
         return weigh.scatter_dirac(x, mis::cosine{cos_in}, mis::pdf_forward{forward},
                                    mis::pdf_reverse{reverse});
     }
-    float connection(const end& camera, const end& l, float distance2) const {
+    T connection(const end& camera, const end& l, T distance2) const {
         return weigh.connection(camera, l, mis::squared_distance{distance2});
     }
-    float next_event(const end& camera, const light& l, float distance2) const {
+    T next_event(const end& camera, const light& l, T distance2) const {
         return weigh.next_event(camera, l, mis::squared_distance{distance2});
     }
-    float camera_connection(const light& lens, const end& l, float distance2) const {
+    T camera_connection(const light& lens, const end& l, T distance2) const {
         return weigh.camera_connection(lens, l, mis::squared_distance{distance2});
     }
-    float light_hit(state x, const light& l) const { return weigh.light_hit(x, l); }
+    T light_hit(state x, const light& l) const { return weigh.light_hit(x, l); }
     // what is ready at a light whose record is kept, and at a pinhole
-    using kept = mis::kept_end<float>;
+    using kept = mis::kept_end<T>;
     static kept make_kept(const light& l) { return mis::keep(l); }
-    float next_event(const end& camera, const kept& l, float distance2) const {
+    T next_event(const end& camera, const kept& l, T distance2) const {
         return weigh.next_event(camera, l, mis::squared_distance{distance2});
     }
-    float pinhole(float direction, const end& l, float distance2) const {
+    T pinhole(T direction, const end& l, T distance2) const {
         return weigh.camera_connection(mis::pdf_direction{direction}, l, mis::squared_distance{distance2});
     }
-    float light_hit(state x, const kept& l) const { return weigh.light_hit(x, l); }
-    float merge(state camera, state l, float to_light, float to_camera) const {
+    T light_hit(state x, const kept& l) const { return weigh.light_hit(x, l); }
+    T merge(state camera, state l, T to_light, T to_camera) const {
         return weigh.merge(camera, l, mis::pdf_to_light{to_light}, mis::pdf_to_camera{to_camera});
     }
 };
 
-template <int Power> struct three : alternatives::three_number_weights<Power> {
-    using base = alternatives::three_number_weights<Power>;
-    using state = alternatives::three_numbers;
-    using typename base::end;
+template <int Power, class T> struct three : alternatives::three_number_weights<Power, T> {
+    using number = T;
+    using base = alternatives::three_number_weights<Power, T>;
+    using typename base::end, typename base::state;
     using light = typename base::end_point;
-    three() : base{0.7f, 1 / 0.7f, 1000} {}
+    three() : base{T(0.7), 1 / T(0.7), 1000} {}
 
-    static state make_state(float a, float b, float c) { return {a, b, c}; }
-    static end make_end(state x, float cos, float forward, float reverse) {
-        return {x, cos, forward, reverse};
-    }
-    static light make_light(float position, float next_event, float direction, float cos, bool hittable) {
+    static state make_state(T a, T b, T c) { return {a, b, c}; }
+    static end make_end(state x, T cos, T forward, T reverse) { return {x, cos, forward, reverse}; }
+    static light make_light(T position, T next_event, T direction, T cos, bool hittable) {
         return {position, next_event, direction, cos, hittable};
     }
     // what it has no call of its own for
     using kept = light;
     static kept make_kept(const light& l) { return l; }
-    float pinhole(float direction, const end& l, float distance2) const {
+    T pinhole(T direction, const end& l, T distance2) const {
         return this->camera_connection({1, 1, direction, 1, false}, l, distance2);
     }
-    state step(state x, float cos_out, float forward, float reverse, float distance2, float cos_in) const {
+    state step(state x, T cos_out, T forward, T reverse, T distance2, T cos_in) const {
         return this->arrive(this->scatter(x, cos_out, forward, reverse), distance2, cos_in);
     }
-    state scatter_dirac(state x, float cos_out, float, float) const {
-        return base::scatter_dirac(x, cos_out);
-    }
+    state scatter_dirac(state x, T cos_out, T, T) const { return base::scatter_dirac(x, cos_out); }
 };
 
 template <class Scheme> struct vertex {
     typename Scheme::state state;
-    float distance2, cos_in, cos_out, forward, reverse;
+    typename Scheme::number distance2, cos_in, cos_out, forward, reverse;
 };
 
 // The functions whose instructions are counted, by name.
+template <class W> using number = typename W::number;
 template <class W> NOT_INLINED void upkeep(const W& w, typename W::state& s, vertex<W>& v) {
     v.state = w.arrive(s, v.distance2, v.cos_in);
     s = w.scatter(v.state, v.cos_out, v.forward, v.reverse);
@@ -115,82 +113,69 @@ template <class W> NOT_INLINED void dirac(const W& w, typename W::state& s, cons
     s = w.scatter_dirac(s, v.cos_in, v.forward, v.reverse);
 }
 template <class W>
-NOT_INLINED float connection(const W& w, const typename W::end& c, const typename W::end& l, float d2) {
+NOT_INLINED number<W> connection(const W& w, const typename W::end& c, const typename W::end& l,
+                                 number<W> d2) {
     return w.connection(c, l, d2);
 }
 template <class W>
-NOT_INLINED float next_event(const W& w, const typename W::end& c, const typename W::light& l, float d2) {
+NOT_INLINED number<W> next_event(const W& w, const typename W::end& c, const typename W::light& l,
+                                 number<W> d2) {
     return w.next_event(c, l, d2);
 }
 template <class W>
-NOT_INLINED float camera_connection(const W& w, const typename W::light& c, const typename W::end& l,
-                                    float d2) {
+NOT_INLINED number<W> camera_connection(const W& w, const typename W::light& c, const typename W::end& l,
+                                        number<W> d2) {
     return w.camera_connection(c, l, d2);
 }
 template <class W>
-NOT_INLINED float light_hit(const W& w, const typename W::state& s, const typename W::light& l) {
+NOT_INLINED number<W> light_hit(const W& w, const typename W::state& s, const typename W::light& l) {
     return w.light_hit(s, l);
 }
 template <class W>
-NOT_INLINED float kept_next_event(const W& w, const typename W::end& c, const typename W::kept& l, float d2) {
+NOT_INLINED number<W> kept_next_event(const W& w, const typename W::end& c, const typename W::kept& l,
+                                      number<W> d2) {
     return w.next_event(c, l, d2);
 }
 template <class W>
-NOT_INLINED float pinhole(const W& w, float direction, const typename W::end& l, float d2) {
+NOT_INLINED number<W> pinhole(const W& w, number<W> direction, const typename W::end& l, number<W> d2) {
     return w.pinhole(direction, l, d2);
 }
 template <class W>
-NOT_INLINED float kept_light_hit(const W& w, const typename W::state& s, const typename W::kept& l) {
+NOT_INLINED number<W> kept_light_hit(const W& w, const typename W::state& s, const typename W::kept& l) {
     return w.light_hit(s, l);
 }
 template <class W>
-NOT_INLINED float merge(const W& w, const typename W::state& c, const typename W::state& l, float a,
-                        float b) {
+NOT_INLINED number<W> merge(const W& w, const typename W::state& c, const typename W::state& l, number<W> a,
+                            number<W> b) {
     return w.merge(c, l, a, b);
 }
 
-template <class W> float run(const char* call) {
+template <class W> double run() {
     const W w;
     pcg32 rng(2);
-    const auto random = [&] { return inputs::positive(rng); };
+    const auto random = [&] { return number<W>(inputs::positive(rng)); };
     std::vector<vertex<W>> vertices;
     for (int i = 0; i <= repetitions; ++i)
         vertices.push_back({W::make_state(random(), random(), random()), random(), random() / 2, random() / 2,
                             random(), random()});
-    const auto is = [&](const char* name) { return std::strcmp(call, name) == 0; };
-    float sum = 0;
+    number<W> sum = 0;
     for (std::size_t i = 0; i < repetitions; ++i) {
         vertex<W>&x = vertices[i], &y = vertices[i + 1];
         const auto c = W::make_end(x.state, x.cos_out, x.forward, x.reverse);
         const auto l = W::make_end(y.state, y.cos_in, y.reverse, y.forward);
         const auto lamp = W::make_light(x.forward, y.forward, y.reverse, x.cos_in, true);
         const auto lens = W::make_light(1, 1, y.reverse, x.cos_in, false);
+        sum += connection(w, c, l, x.distance2) + next_event(w, c, lamp, x.distance2) +
+               camera_connection(w, lens, l, x.distance2) + light_hit(w, x.state, lamp) +
+               merge(w, x.state, y.state, x.forward, x.reverse) +
+               kept_next_event(w, c, W::make_kept(lamp), x.distance2) +
+               pinhole(w, y.reverse, l, x.distance2) + kept_light_hit(w, x.state, W::make_kept(lamp));
         typename W::state s = y.state;
-        if (is("upkeep"))
-            upkeep(w, s, x);
-        if (is("step"))
-            step(w, x, y);
-        if (is("dirac"))
-            dirac(w, s, x);
-        if (is("connection"))
-            sum += connection(w, c, l, x.distance2);
-        if (is("next_event"))
-            sum += next_event(w, c, lamp, x.distance2);
-        if (is("camera_connection"))
-            sum += camera_connection(w, lens, l, x.distance2);
-        if (is("light_hit"))
-            sum += light_hit(w, x.state, lamp);
-        if (is("kept_next_event"))
-            sum += kept_next_event(w, c, W::make_kept(lamp), x.distance2);
-        if (is("pinhole"))
-            sum += pinhole(w, y.reverse, l, x.distance2);
-        if (is("kept_light_hit"))
-            sum += kept_light_hit(w, x.state, W::make_kept(lamp));
-        if (is("merge"))
-            sum += merge(w, x.state, y.state, x.forward, x.reverse);
-        sum += x.distance2;
+        dirac(w, s, x);
+        upkeep(w, s, x);
+        step(w, x, y);
     }
-    return sum;
+    return static_cast<double>(sum);
 }
 
 } // namespace
@@ -199,20 +184,23 @@ int main(int count, char** arguments) {
     using mis::any_techniques, mis::balance_heuristic, mis::connected_surfaces, mis::power_heuristic;
     struct {
         const char* name;
-        float (*run)(const char*);
+        double (*run)();
     } const schemes[] = {
-        {"three_balance", run<three<1>>},
-        {"any_balance", run<two_number_weights<balance_heuristic, any_techniques>>},
-        {"known_balance", run<two_number_weights<balance_heuristic, connected_surfaces>>},
-        {"three_power", run<three<2>>},
-        {"any_power", run<two_number_weights<power_heuristic<>, any_techniques>>},
-        {"known_power", run<two_number_weights<power_heuristic<>, connected_surfaces>>},
+        {"three_balance", run<three<1, float>>},
+        {"any_balance", run<two_number_weights<balance_heuristic, any_techniques, float>>},
+        {"known_balance", run<two_number_weights<balance_heuristic, connected_surfaces, float>>},
+        {"three_power", run<three<2, float>>},
+        {"any_power", run<two_number_weights<power_heuristic<>, any_techniques, float>>},
+        {"known_power", run<two_number_weights<power_heuristic<>, connected_surfaces, float>>},
+        {"three_balance_double", run<three<1, double>>},
+        {"any_balance_double", run<two_number_weights<balance_heuristic, any_techniques, double>>},
+        {"known_balance_double", run<two_number_weights<balance_heuristic, connected_surfaces, double>>},
     };
     for (const auto& scheme : schemes) {
-        if (count < 3)
+        if (count < 2)
             std::puts(scheme.name);
         else if (std::strcmp(arguments[1], scheme.name) == 0)
-            return std::printf("%g\n", static_cast<double>(scheme.run(arguments[2]))) < 0;
+            return std::printf("%g\n", scheme.run()) < 0;
     }
-    return count < 3 ? 0 : 2;
+    return count < 2 ? 0 : 2;
 }

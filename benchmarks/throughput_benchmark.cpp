@@ -1,12 +1,15 @@
-// Many weights at once, for this machine: loops over arrays, which compilers vectorise, and packets of eight.
-// Prints times beside those of what they are compared with, taken in turns, and fails where a ratio misses
-// its bar, or where two ways to a weight disagree.
+// Many weights at once, for this machine: loops over arrays, which compilers vectorise, packets of eight, and
+// batches beyond the caches. Prints times beside those of what they are compared with, taken in turns, and
+// fails where a ratio misses its bar, or where two ways to a weight disagree.
 #include "inputs.hpp"
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <experimental/simd>
+#include <mis/batch.hpp>
 #include <mis/packet.hpp>
+#include <string>
 #include <type_traits>
 
 namespace {
@@ -50,6 +53,15 @@ struct bar {
     double at_least = 0, at_most = 0;
 };
 
+std::string text(bar allowed) {
+    char limit[32] = "";
+    if (allowed.at_least > 0)
+        std::snprintf(limit, sizeof limit, ", at least %.1f", allowed.at_least);
+    if (allowed.at_most > 0)
+        std::snprintf(limit, sizeof limit, ", at most %.1f", allowed.at_most);
+    return limit;
+}
+
 // `one` and `other` fill an array of weights; `same`: with the same ones.
 template <class One, class Other>
 [[gnu::noinline]] void compare(const char* what, const char* one_name, const char* other_name, bool same,
@@ -69,14 +81,29 @@ template <class One, class Other>
     const bool is_right = !same || apart <= 1e-5;
     missed = missed || !is_fast;
     failed = failed || !is_right;
-    char limit[32] = "";
-    if (allowed.at_least > 0)
-        std::snprintf(limit, sizeof limit, ">= %.1f", allowed.at_least);
-    if (allowed.at_most > 0)
-        std::snprintf(limit, sizeof limit, "<= %.1f", allowed.at_most);
-    std::printf("%-28s %-24s %6.2f   %-24s %6.2f   %5.2f  %s%s%s\n", what, one_name,
-                time_of_one.least / calls, other_name, time_of_other.least / calls, ratio, limit,
-                is_fast ? "" : "  MISSED", is_right ? "" : "  FAILED: the weights differ");
+    std::printf("| %s | %s | %.2f | %s | %.2f | %.2f%s%s%s |\n", what, one_name, time_of_one.least / calls,
+                other_name, time_of_other.least / calls, ratio, text(allowed).c_str(),
+                is_fast ? "" : " MISSED", is_right ? "" : " FAILED: the weights differ");
+}
+
+// The bytes per second of `weigh`, which moves `bytes` of them, over those of a copy of as many numbers as
+// all of the arrays hold.
+template <class Weigh>
+[[gnu::noinline]] void compare_with_copy(const char* what, const array& from, array& to, std::size_t bytes,
+                                         Weigh&& weigh) {
+    stopwatch time_of_weights, time_of_copy;
+    for (int k = 0; k < 15; ++k) {
+        time_of_weights.time([&] { weigh(), written(to.data()); });
+        time_of_copy.time(
+            [&] { std::memcpy(to.data(), from.data(), from.size() * sizeof(float)), written(to.data()); });
+    }
+    const double speed = static_cast<double>(bytes) / time_of_weights.least;
+    const double of_copy = 2 * static_cast<double>(from.size() * sizeof(float)) / time_of_copy.least;
+    const bar allowed{0.8, 0};
+    const bool is_fast = speed / of_copy >= allowed.at_least;
+    missed = missed || !is_fast;
+    std::printf("| %s | %.1f | %.1f | %.2f%s%s |\n", what, speed, of_copy, speed / of_copy,
+                text(allowed).c_str(), is_fast ? "" : " MISSED");
 }
 
 // The numbers of connections, or of the edges of walks, as arrays.
@@ -154,8 +181,8 @@ int main() {
     const mis::path_weights eight{mis::balance, mis::bidirectional(packet(1e4f)), mis::connected_surfaces{}};
     const alternatives::three_number_weights<1> three{0, 0, counts.camera_connection};
 
-    std::printf("%-28s %-24s %6s   %-24s %6s   %5s  %s\n", "nanoseconds each", "", "", "", "", "ratio",
-                "bar");
+    std::printf(
+        "| what | | nanoseconds | beside | nanoseconds | ratio |\n| --- | --- | --- | --- | --- | --- |\n");
     const auto by_hand = [&](float* __restrict w) {
         for (std::size_t i = 0; i < count; ++i)
             w[i] = alternatives::power(p[i], q[i]);
@@ -198,6 +225,20 @@ int main() {
     one_by_one_and_eight("walk of 8, and connection", 5, [&](const auto& weigh, std::size_t i) {
         return walk(weigh, camera, light, distance2, i);
     });
+
+    // Of 64 MiB each way: in no cache.
+    constexpr std::size_t many = std::size_t(1) << 22;
+    array from(4 * many), to(4 * many);
+    for (std::size_t i = 0; i < from.size(); ++i)
+        from[i] = p[i % count];
+    std::printf("\n| batches beyond the caches | GB/s | a copy's | ratio |\n| --- | --- | --- | --- |\n");
+    compare_with_copy("mis::weights_of_first, two techniques", from, to, 3 * many * sizeof(float), [&] {
+        mis::weights_of_first(mis::power, from.data(), from.data() + many, many, to.data());
+    });
+    compare_with_copy("mis::weights_of_arrays, 4 techniques, power", from, to, 8 * many * sizeof(float),
+                      [&] { mis::weights_of_arrays(mis::power, from.data(), 4, many, many, to.data()); });
+    compare_with_copy("mis::weights_of_arrays, 4 techniques, balance", from, to, 8 * many * sizeof(float),
+                      [&] { mis::weights_of_arrays(mis::balance, from.data(), 4, many, many, to.data()); });
     // Times are the machine's: where that is not one of ours, they may be reported alone.
     return failed || (missed && !std::getenv("MIS_TIMES_ARE_REPORTED")) ? 1 : 0;
 }

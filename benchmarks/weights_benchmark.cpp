@@ -19,7 +19,7 @@ template <class Weight> void two_techniques(benchmark::State& state, Weight weig
             benchmark::DoNotOptimize(weight(densities[i], densities[i + 1]));
     state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(densities.size() / 2));
 }
-BENCHMARK_CAPTURE(two_techniques, power_by_hand, alternatives::power);
+BENCHMARK_CAPTURE(two_techniques, power_by_hand, alternatives::power<float>);
 BENCHMARK_CAPTURE(two_techniques, power, mis::power);
 BENCHMARK_CAPTURE(two_techniques, balance, mis::balance);
 BENCHMARK_CAPTURE(two_techniques, power_1_5, mis::power_heuristic{1.5});
@@ -93,19 +93,6 @@ void connection_three_numbers(benchmark::State& state) {
     state.SetItemsProcessed(state.iterations() * static_cast<int64_t>(edges.size() - 1));
 }
 BENCHMARK(connection_three_numbers);
-
-// One weight by a loop over both sub-paths: its time grows with their length.
-void connection_loop(benchmark::State& state) {
-    const auto walk_length = static_cast<std::size_t>(state.range(0)) / 2;
-    std::vector<alternatives::loop_vertex> walk;
-    for (std::size_t i = 0; i < walk_length; ++i)
-        walk.push_back({edges[i].forward, edges[i].reverse, false});
-    const int s = static_cast<int>(walk_length);
-    for (auto _ : state)
-        benchmark::DoNotOptimize(alternatives::loop_connection(walk.data(), s, walk.data(), s));
-    state.SetItemsProcessed(state.iterations());
-}
-BENCHMARK(connection_loop)->Arg(4)->Arg(8)->Arg(16)->Arg(32);
 
 // All weights of a complete path at once: the form for tests and studies.
 void complete_path(benchmark::State& state) {

@@ -86,15 +86,15 @@ void weights_of_first(const Heuristic& heuristic, const T* a, const T* b, std::p
     detail::expect_real<T>();
     using detail::samples_at_once;
     T w[samples_at_once];
-    std::ptrdiff_t first = 0;
-    for (; first + samples_at_once <= samples; first += samples_at_once) {
+    const std::ptrdiff_t in_blocks = samples - samples % samples_at_once;
+    for (std::ptrdiff_t first = 0; first < in_blocks; first += samples_at_once) {
         for (std::ptrdiff_t k = 0; k < samples_at_once; ++k)
             w[k] = mis::weight_of_first(heuristic, a[first + k], b[first + k]);
         for (std::ptrdiff_t k = 0; k < samples_at_once; ++k)
             out[first + k] = w[k];
     }
-    for (; first < samples; ++first)
-        out[first] = mis::weight_of_first(heuristic, a[first], b[first]);
+    for (std::ptrdiff_t k = in_blocks; k < samples; ++k)
+        out[k] = mis::weight_of_first(heuristic, a[k], b[k]);
 }
 
 // out[i * stride + k] = weight of technique i for sample k. `out` may be `densities`.
@@ -104,18 +104,19 @@ void weights_of_arrays(const Heuristic& heuristic, const T* densities, int techn
     detail::expect_real<T>();
     assert(stride >= samples || techniques <= 1);
     constexpr bool is_number = std::is_same_v<T, float> || std::is_same_v<T, double>;
-    std::ptrdiff_t first = 0;
     if constexpr (is_number && detail::is_of_quotients<Heuristic>) {
         constexpr std::ptrdiff_t some = detail::samples_at_once;
-        for (; first + some <= samples; first += some)
-            detail::weights_of_some<some>(heuristic, densities + first, techniques, stride, out + first);
-        for (; first < samples; ++first)
-            detail::weights_of_some<1>(heuristic, densities + first, techniques, stride, out + first);
-    }
-    for (; first < samples; ++first) {
-        const auto n = detail::normalize(heuristic, densities + first, techniques, stride);
-        for (int i = 0; i < techniques; ++i)
-            out[i * stride + first] = detail::normalized(heuristic, n, densities[i * stride + first]);
+        const std::ptrdiff_t in_blocks = samples - samples % some;
+        for (std::ptrdiff_t k = 0; k < in_blocks; k += some)
+            detail::weights_of_some<some>(heuristic, densities + k, techniques, stride, out + k);
+        for (std::ptrdiff_t k = in_blocks; k < samples; ++k)
+            detail::weights_of_some<1>(heuristic, densities + k, techniques, stride, out + k);
+    } else {
+        for (std::ptrdiff_t k = 0; k < samples; ++k) {
+            const auto n = detail::normalize(heuristic, densities + k, techniques, stride);
+            for (int i = 0; i < techniques; ++i)
+                out[i * stride + k] = detail::normalized(heuristic, n, densities[i * stride + k]);
+        }
     }
 }
 
