@@ -2,7 +2,9 @@
 #include "edge_cases.hpp"
 #include <array>
 #include <cmath>
+#include <mis/batch.hpp>
 #include <mis/mis.hpp>
+#include <vector>
 
 using namespace edge_cases;
 
@@ -17,6 +19,20 @@ template <class Heuristic> std::array<float, 3> three(const Heuristic& heuristic
         if (mis::weight(heuristic, densities, i) != w[std::size_t(i)])
             return {-1, -1, -1};
     return w;
+}
+
+// Of two techniques and more samples than are weighed at once, all alike: the first technique's weight, in
+// arrays, of each. -1 where they differ.
+template <class Heuristic> float in_arrays(const Heuristic& heuristic, float q, float other) {
+    constexpr int samples = 100;
+    std::vector<float> densities(2 * samples, q), w(2 * samples, -1), of_first(samples, -1);
+    std::fill(densities.begin() + samples, densities.end(), other);
+    mis::weights_of_arrays(heuristic, densities.data(), 2, samples, samples, w.data());
+    mis::weights_of_first(heuristic, densities.data(), densities.data() + samples, samples, of_first.data());
+    for (std::size_t k = 0; k < samples; ++k)
+        if (w[k] != w[0] || of_first[k] != w[0])
+            return -1;
+    return w[0];
 }
 
 // The same for each heuristic, with as many calls of f.
@@ -39,53 +55,83 @@ TEST_CASE("Edge cases of heuristics") {
                         });
                     }};
     };
-    check("Heuristics",
-          {{"mis::power(a, b)",
-            {"weight 0", [] { return for_all([](auto h) { return h(0.f, 1.f) == 0 && h(0.f, 0.f) == 0; }); }},
-            {"1; two share equally",
-             [] {
-                 return for_all([](auto h) {
-                     return h(infinity, 1.f) == 1 && h(1.f, infinity) == 0 && h(infinity, infinity) == 0.5f;
-                 });
-             }},
-            pair_asserted_by_all(not_a_number),
-            pair_asserted_by_all(-1),
-            {"as any other", [] { return for_all([](auto h) { return h(subnormal, subnormal) == 0.5f; }); }},
-            none()},
-           {"mis::weights(heuristic, densities, n, out)",
-            {"weight 0; all 0 where all are",
-             [] {
-                 return for_all([](auto h) {
-                     float w[2] = {0, 0};
-                     mis::weights(h, {0.f, 0.f}, w);
-                     return three(h, 0)[0] == 0 && w[0] == 0 && w[1] == 0;
-                 });
-             }},
-            {"1, shared equally; all others 0",
-             [] {
-                 return for_all([](auto h) {
-                     float w[3] = {0, 0, 0};
-                     mis::weights(h, {infinity, 1.f, infinity}, w);
-                     return w[0] == 0.5f && w[1] == 0 && w[2] == 0.5f;
-                 });
-             }},
-            asserted_by_all(not_a_number),
-            asserted_by_all(-1),
-            {"as any other",
-             [] {
-                 return for_all([](auto h) {
-                     float w[2] = {0, 0};
-                     mis::weights(h, {subnormal, subnormal}, w);
-                     return w[0] == 0.5f && w[1] == 0.5f;
-                 });
-             }},
-            {"nothing is written", [] {
-                 return for_all([](auto h) {
-                     float out = 7;
-                     mis::weights(h, &out, 0, &out);
-                     return out == 7;
-                 });
-             }}}});
+    const auto arrays_asserted_by_all = [](float q) {
+        return cell{"asserted", [q] {
+                        return for_all([q](auto h) { return asserts([h, q] { use(in_arrays(h, q, 1)); }); });
+                    }};
+    };
+    check(
+        "Heuristics",
+        {{"mis::power(a, b)",
+          {"weight 0", [] { return for_all([](auto h) { return h(0.f, 1.f) == 0 && h(0.f, 0.f) == 0; }); }},
+          {"1; two share equally",
+           [] {
+               return for_all([](auto h) {
+                   return h(infinity, 1.f) == 1 && h(1.f, infinity) == 0 && h(infinity, infinity) == 0.5f;
+               });
+           }},
+          pair_asserted_by_all(not_a_number),
+          pair_asserted_by_all(-1),
+          {"as any other", [] { return for_all([](auto h) { return h(subnormal, subnormal) == 0.5f; }); }},
+          none()},
+         {"mis::weights(heuristic, densities, n, out)",
+          {"weight 0; all 0 where all are",
+           [] {
+               return for_all([](auto h) {
+                   float w[2] = {0, 0};
+                   mis::weights(h, {0.f, 0.f}, w);
+                   return three(h, 0)[0] == 0 && w[0] == 0 && w[1] == 0;
+               });
+           }},
+          {"1, shared equally; all others 0",
+           [] {
+               return for_all([](auto h) {
+                   float w[3] = {0, 0, 0};
+                   mis::weights(h, {infinity, 1.f, infinity}, w);
+                   return w[0] == 0.5f && w[1] == 0 && w[2] == 0.5f;
+               });
+           }},
+          asserted_by_all(not_a_number),
+          asserted_by_all(-1),
+          {"as any other",
+           [] {
+               return for_all([](auto h) {
+                   float w[2] = {0, 0};
+                   mis::weights(h, {subnormal, subnormal}, w);
+                   return w[0] == 0.5f && w[1] == 0.5f;
+               });
+           }},
+          {"nothing is written",
+           [] {
+               return for_all([](auto h) {
+                   float out = 7;
+                   mis::weights(h, &out, 0, &out);
+                   return out == 7;
+               });
+           }}},
+         {"mis::weights_of_arrays, mis::weights_of_first",
+          {"weight 0; all 0 where all are",
+           [] { return for_all([](auto h) { return in_arrays(h, 0, 1) == 0 && in_arrays(h, 0, 0) == 0; }); }},
+          {"1, shared equally; all others 0",
+           [] {
+               return for_all([](auto h) {
+                   return in_arrays(h, infinity, 1) == 1 && in_arrays(h, 1, infinity) == 0 &&
+                          in_arrays(h, infinity, infinity) == 0.5f;
+               });
+           }},
+          arrays_asserted_by_all(not_a_number),
+          arrays_asserted_by_all(-1),
+          {"as any other",
+           [] { return for_all([](auto h) { return in_arrays(h, subnormal, subnormal) == 0.5f; }); }},
+          {"nothing is written", [] {
+               return for_all([](auto h) {
+                   float out = 7;
+                   mis::weights_of_arrays(h, &out, 0, 1, 1, &out);
+                   mis::weights_of_arrays(h, &out, 1, 0, 1, &out);
+                   mis::weights_of_first(h, &out, &out, 0, &out);
+                   return out == 7;
+               });
+           }}}});
 }
 
 namespace {

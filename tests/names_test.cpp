@@ -63,6 +63,7 @@
 #define OUT
 #define ERROR 0
 
+#include <mis/batch.hpp>
 #include <mis/mis.hpp>
 #include <mis/optimal.hpp>
 #include <mis/verify.hpp>
