@@ -268,7 +268,7 @@ rendered render_scene(const std::string& name, const options& o, bool write_imag
     const std::string base = o.output + "/" + name;
     if (write_images && film.passes > 0) {
         files.run([&] { bpt::write_image(base, film, exposure); });
-        files.run([&] { lab::write_pyramid(base + "-pyramid.png", film, exposure); });
+        files.run([&] { lab::write_pyramid(base + "-pyramid.png", film, exposure, o.longest); });
         if (optimal)
             files.run([&] { bpt::write_image(base + "-optimal", optimal->film, exposure); });
     }

@@ -136,7 +136,7 @@ void draw_color_bar(const context& c, const color_bar& bar, double x, double y, 
     constexpr int steps = 64;
     const double height = 0.7 * text_size;
     for (int k = 0; k < steps; ++k) {
-        const glm::dvec3 color = false_color((2 * k + 1.0) / steps - 1);
+        const glm::dvec3 color = false_color(bar.from + (1 - bar.from) * (k + 0.5) / steps);
         cairo_set_source_rgb(c.get(), color.x, color.y, color.z);
         cairo_rectangle(c.get(), x + k * width / steps, y, width / steps + 0.5, height);
         cairo_fill(c.get());
@@ -173,13 +173,16 @@ double text_size_for(double picture_width) {
     return on_page * std::max(1.0, picture_width / page_width);
 }
 
-} // namespace
+constexpr int least_width = 240; // of an image in a picture
 
-void write_sheet(const std::string& file, const std::vector<labelled_image>& images, int columns,
-                 int magnified) {
+// Pixels stay squares of whole pixels.
+int shown_width(int width) { return width * ((least_width - 1) / width + 1); }
+
+// All images in this width; what has no pixels is left white.
+void draw_sheet(const std::string& file, const std::vector<labelled_image>& images, int columns, int width) {
     constexpr int gap = 6;
     const int count = static_cast<int>(images.size()), rows = (count + columns - 1) / columns;
-    const int width = magnified * images.front().image.width, all = columns * (width + gap) - gap;
+    const int all = columns * (width + gap) - gap;
     const double text = text_size_for(all);
     const bool has_bars =
         std::any_of(images.begin(), images.end(), [](const auto& tile) { return !tile.bar.most.empty(); });
@@ -188,6 +191,8 @@ void write_sheet(const std::string& file, const std::vector<labelled_image>& ima
     const context c = white_page(picture);
     for (int i = 0; i < count; ++i) {
         const auto& tile = images[static_cast<std::size_t>(i)];
+        if (tile.image.pixels.empty())
+            continue;
         const int x = i % columns * (width + gap), y = i / columns * (width + below + gap);
         draw_image(c, tile, x, y, width);
         draw_text(c, x, y + width + 1.2 * text, text, tile.label);
@@ -197,27 +202,30 @@ void write_sheet(const std::string& file, const std::vector<labelled_image>& ima
     write(picture, file);
 }
 
-void write_pyramid(const std::string& file, const technique_film& film, double exposure) {
-    constexpr int tile = 128, gap = 8, text = 21, header = 58, longest_shown = 6, margin = 78;
-    constexpr int block = longest_shown * (tile + gap), row = tile + text + 3 * gap;
-    const surface picture = make_surface(2 * (block + margin), header + (longest_shown - 1) * row);
-    const context c = white_page(picture);
-    draw_text(c, margin, 30, 1.2 * text, "unweighted: each technique alone");
-    draw_text(c, 2 * margin + block, 30, 1.2 * text, "weighted: its share of the image");
-    for (int n = 2; n <= longest_shown; ++n) {
+} // namespace
+
+void write_sheet(const std::string& file, const std::vector<labelled_image>& images, int columns) {
+    draw_sheet(file, images, columns, shown_width(images.front().image.width));
+}
+
+void write_pyramid(const std::string& file, const technique_film& film, double exposure, int longest) {
+    const int columns = std::min(longest, 6), shortest = std::min(columns, 3);
+    std::vector<labelled_image> images;
+    for (int n = shortest; n <= columns; ++n) {
         const double brighter = std::pow(1.6, n - 3); // long paths are dark
-        const int y = header + (n - 2) * row;
-        draw_text(c, 4, y + tile / 2, text, "n = " + std::to_string(n));
-        for (int s = 1; s <= n; ++s)
-            for (const bool weighted : {false, true}) {
-                const image& image = (weighted ? film.weighted : film.unweighted)[n][s];
-                const int x = margin + (weighted ? block + margin : 0) + (s - 1) * (tile + gap);
-                draw_image(c, {"", image, exposure * brighter / film.passes}, x, y, tile);
-                draw_text(c, x + 2, y + tile + text, text,
-                          "s=" + std::to_string(s) + " t=" + std::to_string(n - s));
+        for (const bool weighted : {false, true})
+            for (int s = 1; s <= columns; ++s) {
+                const std::string technique = "s=" + std::to_string(s) + ", t=" + std::to_string(n - s);
+                if (s <= n)
+                    images.push_back({technique + (weighted ? ": weighted" : ": alone"),
+                                      (weighted ? film.weighted : film.unweighted)[n][s],
+                                      exposure * brighter / film.passes});
+                else
+                    images.emplace_back();
             }
     }
-    write(picture, file);
+    const int width = film.sum.width;
+    draw_sheet(file, images, columns, width > least_width ? least_width : shown_width(width));
 }
 
 } // namespace lab

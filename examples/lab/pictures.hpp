@@ -37,9 +37,10 @@ double rms_error(const bpt::film& film, const image& reference);
 // False colours: -1 is blue, 0 white, 1 red. To be shown as they are: they are no light.
 glm::dvec3 false_color(double x);
 
-// What the ends and the middle of a bar of false colours mean.
+// What the ends and the middle of a bar of false colours mean. Its colours are those of `from` ... 1.
 struct color_bar {
     std::string least, middle, most;
+    double from = -1;
 };
 
 // An image with a line below it. With a colour bar its pixels are false colours; else light, times `scale`.
@@ -49,10 +50,11 @@ struct labelled_image {
     double scale = 1;
     color_bar bar = {};
 };
-// Labelled images side by side. Labels are drawn to be read at the width of a page.
-void write_sheet(const std::string& file, const std::vector<labelled_image>& images, int columns,
-                 int magnified = 1);
-// One row per path length, one column per s; unweighted on the left, weighted on the right.
-void write_pyramid(const std::string& file, const technique_film& film, double exposure);
+// Labelled images side by side, small ones magnified to 240 pixels or more. Labels are drawn to be read at
+// the width of a page.
+void write_sheet(const std::string& file, const std::vector<labelled_image>& images, int columns);
+// Two rows for each path length from 3 to 6 vertices, `longest` at most: what each technique makes of it
+// alone, and its weighted share. One column per s.
+void write_pyramid(const std::string& file, const technique_film& film, double exposure, int longest);
 
 } // namespace lab

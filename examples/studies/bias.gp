@@ -1,7 +1,7 @@
 # gnuplot -c bias.gp FOLDER: draws FOLDER/bias.csv as FOLDER/bias.png.
 folder = ARG1
 table = folder . "/bias.csv"
-set terminal pngcairo size 1350,560 font "DejaVu Sans,11" background rgb "white"
+set terminal pngcairo size 1260,660 font "DejaVu Sans,14" background rgb "white"
 set output folder . "/bias.png"
 set datafile separator comma
 set logscale xy
@@ -23,19 +23,19 @@ set style line 8 pt 7 ps 0.9 lc rgb "#1b9e77"
 
 # The rows of one setup.
 of(setup, name) = strcol("setup") eq setup ? column(name) : NaN
-heading(setup) = setup eq "uniform" ? "unbiased technique uniform, biased one follows f" : \
+heading(setup) = setup eq "uniform" ? "unbiased uniform, biased follows f" : \
                  setup eq "divided" ? "each technique good at one end" : \
-                 "progressive radius, α = 2/3, 100 biased samples for 1"
+                 "progressive radius, α = 2/3"
 
 set multiplot
 panel = 0
 do for [setup in "uniform divided progressive"] {
-    set lmargin at screen 0.055 + 0.32 * panel
-    set rmargin at screen 0.055 + 0.32 * panel + 0.285
-    set bmargin at screen 0.235
+    set lmargin at screen 0.075 + 0.315 * panel
+    set rmargin at screen 0.075 + 0.315 * panel + 0.275
+    set bmargin at screen 0.32
     set tmargin at screen 0.93
     set title heading(setup)
-    if (panel == 0) { set ylabel "RMS error" } else { unset ylabel }
+    if (panel == 0) { set ylabel "RMS error" } else { unset ylabel; set format y "" }
     plot table using "samples":(of(setup, "bound")) with lines ls 1, \
          "" using "samples":(of(setup, "balance_bias")) with lines ls 2, \
          "" using "samples":(of(setup, "fixed")) with lines ls 3, \
@@ -51,7 +51,7 @@ do for [setup in "uniform divided progressive"] {
 set lmargin at screen 0.02
 set rmargin at screen 0.98
 set bmargin at screen 0.01
-set tmargin at screen 0.12
+set tmargin at screen 0.18
 unset title
 unset ylabel
 unset xlabel
@@ -59,11 +59,11 @@ unset logscale
 unset border
 unset tics
 unset grid
-set key center center horizontal maxrows 2 samplen 2.5
+set key center center horizontal maxrows 3 samplen 2.5
 plot [0:1] [0:1] 2 notitle, keyentry with lines ls 4 title "balance", keyentry with points ls 7 title "balance, simulated", \
      keyentry with lines ls 5 title "bias-aware", keyentry with points ls 8 title "bias-aware, simulated", \
      keyentry with lines ls 3 title "best fixed weight", \
      keyentry with lines ls 6 title "best weights in [0, 1]", \
      keyentry with lines ls 2 title "balance: its bias alone", \
-     keyentry with lines ls 1 title "square root of [H]'s bound"
+     keyentry with lines ls 1 title "square root of the bound"
 unset multiplot

@@ -152,7 +152,7 @@ void write_images(const bpt::scene<real>& scene, const options& o, const results
     std::vector<lab::labelled_image> images{{"reference", r.mean, exposure}};
     for (const auto& name : names)
         images.push_back({name, mean_image(all.at(name).sum), exposure});
-    lab::write_sheet(o.output + "/cornell-" + scene.name + ".png", images, 3, 3);
+    lab::write_sheet(o.output + "/cornell-" + scene.name + ".png", images, 3);
 
     const parts& ups = all.at("ups").sum;
     const double scale = exposure / ups.passes;
@@ -166,8 +166,8 @@ void write_images(const bpt::scene<real>& scene, const options& o, const results
                      {{"connections", ups.connected, scale},
                       {"merges", ups.merged, scale},
                       {"both", mean_image(ups), exposure},
-                      {"share of merges", share, 1, {"-1", "0", "1"}}},
-                     4, 3);
+                      {"share of merges", share, 1, {"0", "1/2", "1", 0}}},
+                     4);
 }
 
 results compare(const std::string& scene_name, const options& o, csv_file& csv) {

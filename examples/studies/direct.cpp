@@ -341,7 +341,7 @@ void write_images(const scene& s, const options& o, const result& defensive, con
                       {"power: weight of uniform", defensive.power_weights[uniform], 1, bar},
                       {"optimal: weight of trained", defensive.optimal_weights[trained], 1, bar},
                       {"optimal: weight of uniform", defensive.optimal_weights[uniform], 1, bar}},
-                     4, std::max(1, 256 / o.size)); // tiles as wide as their labels
+                     4);
 }
 
 void print_table(const results& all) {

@@ -1,7 +1,7 @@
 # gnuplot -c optimal.gp FOLDER: draws FOLDER/optimal.csv as FOLDER/optimal.png.
 folder = ARG1
 table = folder . "/optimal.csv"
-set terminal pngcairo size 1500,820 font "DejaVu Sans,10" background rgb "white"
+set terminal pngcairo size 1260,1260 font "DejaVu Sans,14" background rgb "white"
 set output folder . "/optimal.png"
 set datafile separator comma
 set logscale xy
@@ -26,28 +26,28 @@ set style line 10 lw 1.5 dt 3 lc rgb "#888888"          # 1 / n
 # The rows of one setup.
 of(setup, value) = strcol("setup") eq setup ? value : NaN
 scaled(setup, name) = of(setup, column(name) * sqrt(column("samples")))
-left(column) = 0.045 + 0.25 * column
-bottom(row) = row == 0 ? 0.585 : 0.07
+left(column) = 0.085 + 0.325 * column
+bottom(row) = 0.73 - 0.335 * row
 
 setups = "gaussians step span mixture duplicate sign"
-headings = "'two Gaussians, techniques wider' 'step, techniques uniform and linear' 'f in the span of the densities' \
-            'a third technique that mixes two' 'one technique twice' 'f changes sign'"
-lowest = "0.3 0.3 0.002 0.25 0.3 0.5"
+headings = "'two Gaussians' 'step' 'f in the span of the densities' \
+            'third technique mixes two' 'one technique twice' 'f changes sign'"
+lowest = "0.3 0.3 0.002 0.25 0.3 0.55"
 highest = "2 1.2 6 1.4 1.6 20"
 
 set multiplot
 do for [panel = 0:5] {
     setup = word(setups, panel + 1)
-    set lmargin at screen left(panel % 4)
-    set rmargin at screen left(panel % 4) + 0.2
-    set bmargin at screen bottom(panel / 4)
-    set tmargin at screen bottom(panel / 4) + 0.375
+    set lmargin at screen left(panel % 3)
+    set rmargin at screen left(panel % 3) + 0.25
+    set bmargin at screen bottom(panel / 3)
+    set tmargin at screen bottom(panel / 3) + 0.235
     set title word(headings, panel + 1)
     set yrange [word(lowest, panel + 1) + 0:word(highest, panel + 1) + 0]
-    set xlabel "n, samples of each technique"
-    if (panel % 4 == 0) { set ylabel "relative RMS error · √n" } else { unset ylabel }
+    set xlabel "n"
+    if (panel % 3 == 0) { set ylabel "relative RMS error · √n" } else { unset ylabel }
     if (setup eq "span") {
-        set label 1 "direct, exact α: 0 up to rounding" at graph 0.05, 0.06
+        set label 1 "direct, exact α: 0" at graph 0.05, 0.06
         set ytics auto
     } else {
         unset label 1
@@ -67,21 +67,24 @@ do for [panel = 0:5] {
 # The bias of the direct estimator, where it is over 4 standard errors.
 bias(setup) = of(setup, abs(column("direct_bias")) > 4 * column("direct_bias_error") ? abs(column("direct_bias")) : NaN)
 biased = "gaussians step mixture duplicate sign"
+of_bias = "'two Gaussians' step 'third technique mixes two' 'one technique twice' 'f changes sign'"
 colors = "#d95f02 #1b9e77 #7570b3 #2050b0 #222222"
-set lmargin at screen left(2)
-set rmargin at screen left(2) + 0.2
+set lmargin at screen left(0)
+set rmargin at screen left(0) + 0.4
+set bmargin at screen bottom(2)
+set tmargin at screen bottom(2) + 0.235
 set title "bias of direct"
-set ylabel "relative bias, absolute value"
-set yrange [3e-6:5]
+set ylabel "relative bias, absolute"
+set yrange [3e-6:30]
 set ytics auto
 set format y "10^{%T}"
 set key top right samplen 1.5
 plot 0.3 / x with lines ls 10 title "∝ 1 / n", \
      for [k = 1:words(biased)] table using "samples":(bias(word(biased, k))):"direct_bias_error" \
-     with yerrorlines lw 1.5 pt 7 ps 0.6 lc rgb word(colors, k) title word(biased, k)
+     with yerrorlines lw 1.5 pt 7 ps 0.6 lc rgb word(colors, k) title word(of_bias, k)
 
 # The key of all other panels, in the last place.
-set lmargin at screen left(3)
+set lmargin at screen 0.55
 set rmargin at screen 0.99
 unset title
 unset ylabel
@@ -90,7 +93,7 @@ unset logscale
 unset border
 unset tics
 unset grid
-set key center center vertical maxrows 9 samplen 3 spacing 1.6
+set key center center vertical maxrows 9 samplen 3 spacing 1.3
 plot [0:1] [0:1] 2 notitle, \
      keyentry with lines ls 1 title "average", \
      keyentry with lines ls 5 title "maximum", \

@@ -156,7 +156,7 @@ void report_scene(const std::string& name, const options& o, csv_file& csv) {
                          e.name.c_str(), e.passes, e.seconds, e.rms, e.rms / power));
         }
         lab::write_sheet(o.output + "/optimal_bpt-" + name + (merging ? "-merging" : "") + ".png", c.images,
-                         3, 3);
+                         3);
     }
 }
 

@@ -13,7 +13,7 @@
 
 namespace studies {
 
-// Rows from the top; linear sRGB, what is above 1 is clipped.
+// Rows from the top; light in linear sRGB, what is above 1 is clipped, or false colours.
 struct image {
     int width = 0, height = 0;
     std::vector<glm::dvec3> pixels;
@@ -29,7 +29,8 @@ struct panel {
     image shown;
 };
 
-// Colors of 0 ... 1 from the left to the right, and what both ends mean.
+// Colors of 0 ... 1 from the left to the right, and what both ends mean. To be shown as they are: they are no
+// light.
 struct color_bar {
     std::function<glm::dvec3(double)> color;
     std::string left, right;
@@ -44,10 +45,8 @@ inline surface make_surface(int width, int height) {
     return {cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height), cairo_surface_destroy};
 }
 
-inline unsigned to_srgb(double linear) {
-    const double x = std::clamp(linear, 0.0, 1.0);
-    const double encoded = x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
-    return static_cast<unsigned>(255 * encoded + 0.5);
+inline double to_srgb(double linear) {
+    return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
 }
 
 // RGB24 has a pixel in 32 bits, 0x00RRGGBB, whatever the order of bytes.
@@ -57,12 +56,16 @@ inline std::uint32_t* row_of(const surface& s, int y) {
                                             std::ptrdiff_t(y) * cairo_image_surface_get_stride(s.get()));
 }
 
-inline void draw(const surface& s, int left, int top, const image& shown) {
+inline void draw(const surface& s, int left, int top, const image& shown, bool is_light) {
+    const auto byte = [&](double value) {
+        const double x = std::clamp(value, 0.0, 1.0);
+        return static_cast<unsigned>(255 * (is_light ? to_srgb(x) : x) + 0.5);
+    };
     cairo_surface_flush(s.get());
     for (int y = 0; y < shown.height; ++y)
         for (int x = 0; x < shown.width; ++x) {
             const glm::dvec3& c = shown.pixels[static_cast<std::size_t>(y * shown.width + x)];
-            row_of(s, top + y)[left + x] = to_srgb(c.x) << 16 | to_srgb(c.y) << 8 | to_srgb(c.z);
+            row_of(s, top + y)[left + x] = byte(c.x) << 16 | byte(c.y) << 8 | byte(c.z);
         }
     cairo_surface_mark_dirty(s.get());
 }
@@ -116,7 +119,8 @@ inline std::string to_jpeg(const surface& s, int quality) {
 
 } // namespace detail
 
-// In one row. Text is large enough to be read where the picture is shown at two thirds of its size.
+// In one row; with a colour bar, of false colours. Text is large enough to be read where the picture is shown
+// at two thirds of its size.
 inline void write_panels(const std::string& file, const std::vector<panel>& panels,
                          const color_bar& bar = {}) {
     constexpr int gap = 8, line = 34, text_size = 23, base = 25, quality = 88;
@@ -129,7 +133,7 @@ inline void write_panels(const std::string& file, const std::vector<panel>& pane
     cairo_surface_mark_dirty(s.get());
     for (int i = 0; i < count; ++i) {
         const panel& p = panels[static_cast<std::size_t>(i)];
-        detail::draw(s, i * (width + gap), 0, p.shown);
+        detail::draw(s, i * (width + gap), 0, p.shown, !bar.color);
         detail::draw_text(s, i * (width + gap), height + base, text_size, 0, p.label);
     }
     if (bar.color) {
@@ -138,7 +142,7 @@ inline void write_panels(const std::string& file, const std::vector<panel>& pane
             gradient.pixels[static_cast<std::size_t>(i)] =
                 bar.color((i % gradient.width + 0.5) / gradient.width);
         const int left = (sheet - gradient.width) / 2, top = height + line;
-        detail::draw(s, left, top + gap / 2, gradient);
+        detail::draw(s, left, top + gap / 2, gradient, false);
         detail::draw_text(s, left - gap, top + base, text_size, 1, bar.left);
         detail::draw_text(s, left + gradient.width + gap, top + base, text_size, 0, bar.right);
     }

@@ -297,7 +297,7 @@ image to_picture(const scene& s, const options& o, const image& estimated) {
 
 // Blue: light sampling, orange: BSDF sampling.
 dvec3 weight_color(double bsdf_weight) {
-    const dvec3 blue(0.02, 0.09, 0.5), white(0.9), orange(0.8, 0.16, 0.0);
+    const dvec3 blue(0.15, 0.33, 0.74), white(0.95), orange(0.91, 0.44, 0.0);
     return bsdf_weight < 0.5 ? mix(blue, white, 2 * bsdf_weight) : mix(white, orange, 2 * bsdf_weight - 1);
 }
 
