@@ -126,8 +126,7 @@ struct exact {
 };
 
 // By midpoints. Outside of the interval next to nothing is left, and cells end where functions jump.
-inline exact integrate(const setup& s) {
-    constexpr double from = -1, to = 2;
+inline exact integrate(const setup& s, double from = -1, double to = 2) {
     constexpr int cells = 3 << 15;
     const int m = static_cast<int>(s.techniques.size());
     Eigen::MatrixXd a = Eigen::MatrixXd::Zero(m, m), means = Eigen::MatrixXd::Zero(m, heuristic_names.size());
