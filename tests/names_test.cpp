@@ -65,6 +65,7 @@
 
 #include <mis/mis.hpp>
 #include <mis/optimal.hpp>
+#include <mis/roulette.hpp>
 #include <mis/verify.hpp>
 
 #undef min
