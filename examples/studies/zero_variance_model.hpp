@@ -98,6 +98,13 @@ public:
         return now;
     }
 
+    // Once solved: the share of the second moment that is from walks whose first flight is longer than
+    // `least`, as one in e^least is.
+    double share_of_long_first_flights(double least) const {
+        const int first = std::min(static_cast<int>(std::ceil(least / step)), cells);
+        return fly(-1, right, 1 / estimate, first).second / fly(-1, right, 1 / estimate).second;
+    }
+
 private:
     struct moments {
         double mean = 0, second = 0, further = 0;
@@ -129,8 +136,9 @@ private:
                 1 + rate * interpolated(further[d], cell, played)};
     }
 
-    // A walker of weight nu / I leaves a cell's middle, or 0, where i is -1.
-    moments fly(int i, direction d, double weight) const {
+    // A walker of weight nu / I leaves a cell's middle, or 0, where i is -1. Only cells from `first` on
+    // count.
+    moments fly(int i, direction d, double weight, int first = 0) const {
         const bool starts = i < 0;
         const double psi_here = starts ? estimate : psi[d][index(i)];
         moments sum;
@@ -140,7 +148,7 @@ private:
             sum.further += probability * m.further;
         };
         const int end = d == right ? cells : -1;
-        for (int j = starts ? 0 : i; j != end; j += d == right ? 1 : -1) {
+        for (int j = starts ? first : i; j != end; j += d == right ? 1 : -1) {
             const double analogue =
                 starts ? std::exp(-j * step) * -std::expm1(-step) : reach[index(std::abs(j - i))];
             const double psi_there = psi_reflected[d][index(j)];
@@ -272,8 +280,11 @@ walk_result walk(const rod& s, const walk_rules& rules, Uniform&& uniform, See&&
         }
         ++result.collisions;
         const double psi = reflected(s, y, w.d);
-        const double rate =
-            is_analogue(rules) ? s.survival : mis::adjoint_rate(w.weight, psi, estimate, window, wide_bounds);
+        // With zero variance nothing is left to be played: its weights are seen as they are.
+        const double rate = is_analogue(rules) ? s.survival
+                            : rules.zero_variance_flights
+                                ? 1
+                                : mis::adjoint_rate(w.weight, psi, estimate, window, wide_bounds);
         if (!is_analogue(rules))
             w.weight /= rate;
         const int copies = mis::copies(rate, uniform());
