@@ -677,7 +677,10 @@ TEST_CASE("rates as factors of densities are factors of numbers of samples, in b
             rates.camera.push_back(g.log_uniform<double>(-1, 1));
             rates.light.push_back(g.log_uniform<double>(-1, 1));
         }
+        const double next_events = g.log_uniform<double>(-1, 1);
         auto rated = path.vertices;
+        rated.back().pdf_next_event =
+            mis::with_rate(mis::pdf_next_event{rated.back().pdf_next_event}, next_events).value;
         for (int i = 1; i < n - 1; ++i) {
             const std::size_t at = static_cast<std::size_t>(i);
             auto& x = rated[at];
@@ -698,7 +701,8 @@ TEST_CASE("rates as factors of densities are factors of numbers of samples, in b
         std::vector<double> q(static_cast<std::size_t>(count)), w(q.size()), exact(q.size());
         mis::relative_densities(path.counts, path.data(), n, q.data());
         for (int i = 0; i < count; ++i)
-            q[static_cast<std::size_t>(i)] *=
+            q[static_cast<std::size_t>(i)] *= // and next events have a rate of their own
+                (mis::technique_at(n, i).kind == mis::technique_kind::next_event ? next_events : 1) *
                 static_cast<double>(product(rates, n, mis::technique_at(n, i), on_arrival));
         mis::weights(mis::power, q.data(), count, exact.data());
         mis::weights(mis::power, path.counts, rated.data(), n, w.data());
