@@ -147,11 +147,16 @@ TEST_CASE("the defaults of a record, after one that has everything") {
     full["radius"] = 1;
     full["counts"] = {{"merge", 6}, {"light_hit", 1}};
     full["max_light_vertices"] = 7;
+    full["splits_on_arrival"] = true;
     full["vertices"][1]["survival"] = 0.5;
+    full["vertices"][1]["splits"] = 2;
     const contents c = read_all(full.dump() + "\n" + plain_record().dump());
     REQUIRE(c.records.size() == 2);
+    CHECK(c.records[0].splits_on_arrival);
+    CHECK(c.records[0].vertices[1].splits == 2);
     const mis::path_record& r = c.records[1];
     CHECK(r.line == 2);
+    CHECK(!r.splits_on_arrival);
     CHECK(r.heuristic == mis::heuristic_kind::balance);
     CHECK(r.parameter == 2);
     CHECK(!mis::is_given(r.radius));
@@ -238,6 +243,8 @@ TEST_CASE("each number of a vertex goes to its own place") {
         {"density_from_camera", &x::density_from_camera},
         {"density_from_light", &x::density_from_light},
         {"survival", &x::survival},
+        {"splits", &x::splits},
+        {"splits_to_camera", &x::splits_to_camera},
         {"selection", &x::selection},
         {"selection_next_event", &x::selection_next_event},
         {"eta_to_camera", &x::eta_to_camera},
@@ -277,6 +284,8 @@ TEST_CASE("the defaults of vertices") {
     CHECK(surface.pdf_distance_from_camera == 1);
     CHECK(surface.pdf_distance_from_light == 1);
     CHECK(surface.merge_factor == 1);
+    CHECK(surface.splits == 1);
+    CHECK(!mis::is_given(surface.splits_to_camera));
     CHECK(light.kind == mis::vertex_kind::light);
     CHECK(!light.dirac);
     CHECK(!mis::is_given(light.pdf_position));

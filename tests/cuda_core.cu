@@ -3,6 +3,7 @@
 // Compiled only; the numbers mean nothing.
 #include <mis/batch.hpp>
 #include <mis/mis.hpp>
+#include <mis/roulette.hpp>
 
 namespace {
 
@@ -49,6 +50,25 @@ template <class T> __device__ T biases(T* q, int n) {
     return mis::bias_aware_density(q[0], q[1], q[2]) + mis::balance_gap_bound(q[0], q[1], q[2]) +
            mis::next_squared_radius(q[0], n) + mis::progressive_radius(q[0], n) +
            mis::progressive_radius(q[0], n, mis::optimal_alpha<T>);
+}
+
+template <class T> __device__ T roulette(T* q, int n) {
+    const mis::weight_window<T> window = mis::window_of_size(q[0]);
+    mis::running_statistics<T> statistics, others;
+    statistics.add(q[0], q[1], q[2]);
+    statistics += others;
+    mis::trimmed_mean<T> mean, other_means;
+    mean.add(q[0], q[1]);
+    mean += other_means;
+    const mis::image_estimate<T> image{mis::mean(mean, q[2]), q[1]};
+    const mis::walk_estimate<T> here = mis::estimate_of(mis::scaled(statistics, q[3]));
+    T p[4];
+    const auto adjoint = [&](int i) { return q[i]; };
+    T sum = mis::zero_variance_probabilities(q, adjoint, 4, p, q[1]) + T(mis::pick(p, 4, q[0]));
+    sum += mis::adjoint_rate(q[0], q[1], q[2], window) + T(mis::copies(q[0], q[1])) +
+           mis::efficiency_rate(q[0], here, image) + mis::technique_rate(q[0], q[1], q[2], image);
+    sum += mis::zero_variance_density(q[0], q[1], q[2]) + mis::zero_variance_survival(q[0], q[1]);
+    return sum + T(n) * mis::with_rate(mis::pdf_forward<T>(q[0]), q[1]).value;
 }
 
 template <class T, class Heuristic, class Vertex>
@@ -103,7 +123,7 @@ template <class T> __device__ T core(T* q, int n) {
             any_number(power_of_3, q, n) + any_number(cutoff, q, n) + any_number(maximum, q, n);
     sum += mis::power(q[0], q[1]) + mis::balance(q[0], q[1]) + mis::maximum(q[0], q[1]) +
            mis::average(q[0], q[1]) + mis::cutoff(q[0], q[1]);
-    sum += measures(q) + techniques(q, n) + biases(q, n);
+    sum += measures(q) + techniques(q, n) + biases(q, n) + roulette(q, n);
 
     sum += mis::density_from_throughput(q[0], q[1]);
     mis::densities_from_throughputs(q, q + n, n, q);

@@ -142,6 +142,8 @@ TEST_CASE("a weight that is no number never agrees, whatever it should follow fr
         is_bad("selection", [&](auto& r) { r.vertices[2].selection = bad; });
         is_bad("selection_next_event", [&](auto& r) { r.vertices[2].selection_next_event = bad; });
         is_bad("photon.survival", [&](auto& r) { r.vertices[1].photon_survival = bad; });
+        is_bad("splits", [&](auto& r) { r.vertices[1].splits = bad; });
+        is_bad("splits_to_camera", [&](auto& r) { r.vertices[1].splits_to_camera = bad; });
         is_bad("eta_to_light", [&](auto& r) { r.vertices[1].eta_to_light = bad; });
         is_bad("material", [&](auto& r) { r.vertices[1].material = bad; });
         is_bad("density_from_light", [&](auto& r) { r.vertices[1].density_from_light = bad; });

@@ -7,6 +7,7 @@
 #include <lab/weigh.hpp>
 #include <mis/mis.hpp>
 #include <mis/optimal.hpp> // the only part that needs Eigen
+#include <mis/roulette.hpp>
 #include <mis/verify.hpp>
 #include <optional>
 #include <pcg_random.hpp>
@@ -390,4 +391,47 @@ const mis::path_weights weigh{mis::power, mis::for_scene_of_size(counts, diamete
             weigh.arrive(weigh.start_camera(light), mis::squared_distance{d2}, mis::cosine{cos_in});
         CHECK(weigh.light_hit(x, light) > 0);
     }
+}
+
+TEST_CASE("roulette and splitting") {
+    float nu = 0.5f;
+    const float adjoint = 2, estimate = 0.1f, u = 0.5f, contribution = 1, variance_of_pixel = 0.1f;
+    const float rays = 3, rays_per_pixel = 10;
+    {
+        // clang-format off
+const float q = mis::adjoint_rate(nu, adjoint, estimate, mis::window_of_size(5.f));
+const int n = mis::copies(q, u); // u uniform in [0, 1)
+nu /= q;                         // of each of the n copies
+        // clang-format on
+        CHECK(n >= 5);
+        CHECK(nu * adjoint / estimate == doctest::Approx(10.0 / 6));
+        CHECK(mis::adjoint_rate(0.5f, 1, 1) == 0.5f);
+    }
+    mis::running_statistics<float> cell;
+    mis::trimmed_mean<float> pixels;
+    // clang-format off
+cell.add(contribution, rays);          // of a walk of weight 1 from here on, and what it cost
+pixels.add(variance_of_pixel);         // a mis::trimmed_mean<float>, of the image
+    // clang-format on
+    {
+        // clang-format off
+const mis::image_estimate<float> image{mis::mean(pixels, 0.05f), rays_per_pixel};
+const float q = mis::efficiency_rate(nu, mis::estimate_of(cell), image);
+        // clang-format on
+        CHECK(q >= 1 / 32.f);
+    }
+    const mis::path_weights weigh{mis::power, mis::bidirectional(100.f)};
+    const mis::cosine cos_out{0.5f}, cos_in{0.5f};
+    const mis::squared_distance distance2{4.f};
+    const mis::pdf_forward forward{0.3f};
+    const mis::pdf_reverse reverse{0.3f};
+    const float q = 3, q_other = 1, q_other_at_previous = 1;
+    mis::subpath_state<float> state{1, 1};
+    // clang-format off
+state = weigh.scatter(state, cos_out, mis::with_rate(forward, q), mis::with_rate(reverse, q_other));
+
+state = weigh.arrive(state, distance2, cos_in, mis::with_rate(mis::pdf_distance_forward{1.f}, q),
+                     mis::with_rate(mis::pdf_distance_reverse{1.f}, q_other_at_previous));
+    // clang-format on
+    CHECK(state.b > 0);
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <mis/batch.hpp>
 #include <mis/mis.hpp>
+#include <mis/roulette.hpp>
 #include <vector>
 
 using namespace edge_cases;
@@ -600,4 +601,168 @@ TEST_CASE("Edge cases of measures and sources of densities") {
           asserted([=] { return sized(-1); }),
           {"as any other", [=] { return sized(1e-10f) > 1e19f; }},
           none()}});
+}
+
+TEST_CASE("Edge cases of roulette and splitting") {
+    constexpr float least = mis::rate_bounds<float>{}.least;
+    const auto by_adjoint = [](float weight, float adjoint, float estimate) {
+        return mis::adjoint_rate(weight, adjoint, estimate);
+    };
+    const auto by_efficiency = [](float weight, float moments, float cost, float variance_of_image,
+                                  float cost_of_image) {
+        return mis::efficiency_rate(weight, {2 * moments, moments, cost}, {variance_of_image, cost_of_image});
+    };
+    const auto of_technique = [](float weight, float variance, float cost, float variance_of_image,
+                                 float cost_of_image) {
+        return mis::technique_rate(weight, variance, cost, {variance_of_image, cost_of_image});
+    };
+    // Whether the rate is this one, whichever argument is x and all others are 1.
+    const auto is_three = [=](float x, float rate) {
+        return by_adjoint(x, 1, 1) == rate && by_adjoint(1, x, 1) == rate && by_adjoint(1, 1, x) == rate;
+    };
+    const auto is_five = [](auto f, float x, float rate) {
+        return f(x, 1, 1, 1, 1) == rate && f(1, x, 1, 1, 1) == rate && f(1, 1, x, 1, 1) == rate &&
+               f(1, 1, 1, x, 1) == rate && f(1, 1, 1, 1, x) == rate;
+    };
+    const auto are_left_out = [](float x) {
+        mis::running_statistics<float> s;
+        s.add(x), s.add(1, x), s.add(1, 1, x);
+        return s.weight == 0;
+    };
+    const auto mean_of = [](float x, float weight) {
+        mis::trimmed_mean<float> t;
+        t.add(1), t.add(x, weight);
+        return mis::mean(t, 0.f);
+    };
+    using two = std::array<float, 2>;
+    const auto probabilities = [](two kernel, two adjoint) {
+        two out{7, 7};
+        mis::zero_variance_probabilities(kernel, adjoint, 2, out.data());
+        return out;
+    };
+    const auto kernel_or_adjoint = [=](float x) {
+        return probabilities({x, 1}, {1, 1}) == two{0, 1} &&
+               probabilities({1, 3}, {x, 1}) == two{0.25f, 0.75f};
+    };
+    check("Roulette and splitting",
+          {{"mis::adjoint_rate(weight, adjoint, estimate)",
+            {"the least rate; an estimate: 1",
+             [=] {
+                 return by_adjoint(0, 1, 1) == least && by_adjoint(1, 0, 1) == least &&
+                        by_adjoint(1, 1, 0) == 1;
+             }},
+            {"1", [=] { return is_three(infinity, 1); }},
+            {"1", [=] { return is_three(not_a_number, 1); }},
+            {"as without the sign", [=] { return by_adjoint(-2, 1, 1) == 2 && by_adjoint(2, -1, -1) == 2; }},
+            {"as any other", [=] { return by_adjoint(2 * subnormal, 1, subnormal) == 2; }},
+            none()},
+           {"mis::efficiency_rate(weight, here, image)",
+            {"a weight, moments: the least rate; a cost, the image's: 1",
+             [=] {
+                 return by_efficiency(0, 1, 1, 1, 1) == least && by_efficiency(1, 0, 1, 1, 1) == least &&
+                        by_efficiency(1, 1, 0, 1, 1) == 1 && by_efficiency(1, 1, 1, 0, 1) == 1 &&
+                        by_efficiency(1, 1, 1, 1, 0) == 1;
+             }},
+            {"1", [=] { return is_five(by_efficiency, infinity, 1); }},
+            {"1", [=] { return is_five(by_efficiency, not_a_number, 1); }},
+            {"as without the sign",
+             [=] { return is_five(by_efficiency, -1, 1) && by_efficiency(-4, 1, 1, 1, 1) == 4; }},
+            {"as any other", [=] { return by_efficiency(4, 1, subnormal, 1, subnormal) == 4; }},
+            none()},
+           {"mis::technique_rate(weight, variance, cost, image)",
+            {"a weight, a variance: the least rate; a cost, the image's: 1",
+             [=] {
+                 return of_technique(0, 1, 1, 1, 1) == least && of_technique(1, 0, 1, 1, 1) == least &&
+                        of_technique(1, 1, 0, 1, 1) == 1 && of_technique(1, 1, 1, 0, 1) == 1 &&
+                        of_technique(1, 1, 1, 1, 0) == 1;
+             }},
+            {"1", [=] { return is_five(of_technique, infinity, 1); }},
+            {"1", [=] { return is_five(of_technique, not_a_number, 1); }},
+            {"as without the sign",
+             [=] { return is_five(of_technique, -1, 1) && of_technique(-4, 1, 1, 1, 1) == 4; }},
+            {"as any other", [=] { return of_technique(4, 1, subnormal, 1, subnormal) == 4; }},
+            none()},
+           {"mis::copies(rate, u)",
+            {"0 copies", [] { return mis::copies(0.f, 0.f) == 0; }},
+            asserted([] { return mis::copies(infinity, 0.f); }),
+            asserted([] { return mis::copies(not_a_number, 0.f); }),
+            asserted([] { return mis::copies(-1.f, 0.f); }),
+            {"as any other",
+             [] { return mis::copies(subnormal, 0.f) == 1 && mis::copies(subnormal, 0.5f) == 0; }},
+            none()},
+           {"statistics.add(value, cost, weight)",
+            {"a weight: left out", [=] { return mean_of(5, 0) == 1; }},
+            {"left out", [=] { return are_left_out(infinity); }},
+            {"left out", [=] { return are_left_out(not_a_number); }},
+            {"a weight: left out",
+             [] {
+                 mis::running_statistics<float> s;
+                 s.add(1, 1, -1);
+                 return s.weight == 0;
+             }},
+            {"as any other",
+             [] {
+                 mis::running_statistics<float> s;
+                 s.add(subnormal);
+                 return s.mean == subnormal;
+             }},
+            {"variance 0",
+             [] {
+                 return mis::variance(mis::running_statistics<float>{}) == 0 &&
+                        mis::mean_cost(mis::running_statistics<float>{}) == 0;
+             }}},
+           {"trimmed_mean.add(value, weight)",
+            {"a weight: left out", [=] { return mean_of(5, 0) == 1 && mean_of(0, 1) == 0.5f; }},
+            {"left out", [=] { return mean_of(infinity, 1) == 1 && mean_of(5, infinity) == 1; }},
+            {"left out", [=] { return mean_of(not_a_number, 1) == 1 && mean_of(5, not_a_number) == 1; }},
+            {"left out", [=] { return mean_of(-5, 1) == 1 && mean_of(5, -1) == 1; }},
+            {"as any other", [=] { return mean_of(subnormal, 1) == 0.5f; }},
+            {"mean 0", [] { return mis::mean(mis::trimmed_mean<float>{}, 0.f) == 0; }}},
+           {"mis::zero_variance_probabilities(kernel, adjoint, n, out)",
+            {"0; all adjoints: by the kernel alone",
+             [=] {
+                 return probabilities({0, 1}, {1, 1}) == two{0, 1} &&
+                        probabilities({1, 1}, {0, 1}) == two{0, 1} &&
+                        probabilities({1, 3}, {0, 0}) == two{0.25f, 0.75f} &&
+                        probabilities({0, 0}, {1, 1}) == two{0, 0};
+             }},
+            {"a kernel: 0; an adjoint: by the kernel alone", [=] { return kernel_or_adjoint(infinity); }},
+            {"a kernel: 0; an adjoint: by the kernel alone", [=] { return kernel_or_adjoint(not_a_number); }},
+            {"as without the sign",
+             [=] {
+                 return probabilities({-1, 3}, {1, -1}) == two{0.25f, 0.75f};
+             }},
+            {"as any other",
+             [=] {
+                 return probabilities({subnormal, subnormal}, {1, 3}) == two{0.25f, 0.75f};
+             }},
+            {"nothing is written",
+             [] {
+                 float out = 7;
+                 mis::zero_variance_probabilities(&out, &out, 0, &out);
+                 return out == 7;
+             }}},
+           {"mis::zero_variance_survival(reflected, emitted)",
+            {"0 where nothing is reflected, 1 where nothing at all",
+             [] {
+                 return mis::zero_variance_survival(0.f, 1.f) == 0 &&
+                        mis::zero_variance_survival(0.f, 0.f) == 1;
+             }},
+            {"1",
+             [] {
+                 return mis::zero_variance_survival(infinity, 1.f) == 1 &&
+                        mis::zero_variance_survival(1.f, infinity) == 1;
+             }},
+            {"1",
+             [] {
+                 return mis::zero_variance_survival(not_a_number, 1.f) == 1 &&
+                        mis::zero_variance_survival(1.f, not_a_number) == 1;
+             }},
+            {"1",
+             [] {
+                 return mis::zero_variance_survival(-1.f, 1.f) == 1 &&
+                        mis::zero_variance_survival(1.f, -1.f) == 1;
+             }},
+            {"as any other", [] { return mis::zero_variance_survival(subnormal, subnormal) == 0.5f; }},
+            none()}});
 }

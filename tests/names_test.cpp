@@ -66,6 +66,7 @@
 #include <mis/batch.hpp>
 #include <mis/mis.hpp>
 #include <mis/optimal.hpp>
+#include <mis/roulette.hpp>
 #include <mis/verify.hpp>
 
 #undef min

@@ -150,12 +150,14 @@ struct number_field {
     std::string_view name;
     double mis::recorded_vertex::*member;
 };
-constexpr std::array<number_field, 17> number_fields{
+constexpr std::array<number_field, 19> number_fields{
     {{"pdf_to_light", &mis::recorded_vertex::pdf_to_light},
      {"pdf_to_camera", &mis::recorded_vertex::pdf_to_camera},
      {"cos_to_light", &mis::recorded_vertex::cos_to_light},
      {"cos_to_camera", &mis::recorded_vertex::cos_to_camera},
      {"survival", &mis::recorded_vertex::survival},
+     {"splits", &mis::recorded_vertex::splits},
+     {"splits_to_camera", &mis::recorded_vertex::splits_to_camera},
      {"density_from_camera", &mis::recorded_vertex::density_from_camera},
      {"density_from_light", &mis::recorded_vertex::density_from_light},
      {"pdf_position", &mis::recorded_vertex::pdf_position},
@@ -328,6 +330,8 @@ void read_field(std::string_view key, const element& value, mis::path_record& re
         has.alpha = number_of(key, value);
     } else if (key == "radius") {
         record.radius = number_of(key, value);
+    } else if (key == "splits_on_arrival") {
+        record.splits_on_arrival = truth_of(key, value);
     } else if (key == "max_camera_vertices") {
         record.counts.max_camera_vertices = whole_number_of(key, value);
     } else if (key == "max_light_vertices") {

@@ -71,20 +71,36 @@ inline planted operator|(planted a, planted b) {
     return a == planted::changed || b == planted::changed ? planted::changed : planted::nothing;
 }
 
-// ---- Roulette ----
+// ---- Roulette and splitting ----
 
 // Takes a vertex' survival out of the density of the camera walk's next vertex, or of the light walk's.
-inline planted forget_survival_to_light(weight_terms& terms, const path_record& r, int i) {
-    return multiply(from_camera(terms, i + 1), log_of_inverse(vertex(r, i).survival));
-}
-inline planted forget_survival_to_camera(weight_terms& terms, const path_record& r, int i) {
-    const recorded_vertex& x = vertex(r, i);
-    return multiply(from_light(terms, i - 1),
-                    log_of_inverse(is_given(x.photon_survival) ? x.photon_survival : x.survival));
-}
+struct survival_of_vertex {
+    static planted forget_to_light(weight_terms& terms, const path_record& r, int i) {
+        return multiply(from_camera(terms, i + 1), log_of_inverse(vertex(r, i).survival));
+    }
+    static planted forget_to_camera(weight_terms& terms, const path_record& r, int i) {
+        const recorded_vertex& x = vertex(r, i);
+        return multiply(from_light(terms, i - 1),
+                        log_of_inverse(is_given(x.photon_survival) ? x.photon_survival : x.survival));
+    }
+};
+// The same of the number of copies, which on arrival is in the density of the vertex itself.
+struct splits_of_vertex {
+    static double log_to_camera(const recorded_vertex& x) {
+        return log_of_inverse(is_given(x.splits_to_camera) ? x.splits_to_camera : x.splits);
+    }
+    static planted forget_to_light(weight_terms& terms, const path_record& r, int i) {
+        return multiply(from_camera(terms, r.splits_on_arrival ? i : i + 1),
+                        log_of_inverse(vertex(r, i).splits));
+    }
+    static planted forget_to_camera(weight_terms& terms, const path_record& r, int i) {
+        return multiply(from_light(terms, r.splits_on_arrival ? i : i - 1), log_to_camera(vertex(r, i)));
+    }
+};
 
 enum class forgotten { both, to_light, to_camera, reverse, forward };
-template <forgotten Which, bool AtDirac> planted forget_survival(weight_terms& terms, const path_record& r) {
+template <class Factor, forgotten Which, bool AtDirac>
+planted forget_factor(weight_terms& terms, const path_record& r) {
     planted done = planted::nothing;
     for (int i = 1; i < size_of(r) - 1; ++i) {
         if (!AtDirac && is_dirac(r, i))
@@ -97,14 +113,41 @@ template <forgotten Which, bool AtDirac> planted forget_survival(weight_terms& t
                                (Which == forgotten::reverse && camera) ||
                                (Which == forgotten::forward && !camera);
         if (to_light)
-            done = done | forget_survival_to_light(terms, r, i);
+            done = done | Factor::forget_to_light(terms, r, i);
         if (to_camera)
-            done = done | forget_survival_to_camera(terms, r, i);
+            done = done | Factor::forget_to_camera(terms, r, i);
     }
     return done;
 }
+template <class Factor, technique_kind Kind>
+planted forget_factor_in(weight_terms& terms, const path_record& r) {
+    return r.technique.kind == Kind ? forget_factor<Factor, forgotten::both, true>(terms, r)
+                                    : planted::nothing;
+}
+template <forgotten Which, bool AtDirac> planted forget_survival(weight_terms& terms, const path_record& r) {
+    return forget_factor<survival_of_vertex, Which, AtDirac>(terms, r);
+}
 template <technique_kind Kind> planted forget_survival_in(weight_terms& terms, const path_record& r) {
-    return r.technique.kind == Kind ? forget_survival<forgotten::both, true>(terms, r) : planted::nothing;
+    return forget_factor_in<survival_of_vertex, Kind>(terms, r);
+}
+template <forgotten Which> planted forget_splits(weight_terms& terms, const path_record& r) {
+    return forget_factor<splits_of_vertex, Which, true>(terms, r);
+}
+template <technique_kind Kind> planted forget_splits_in(weight_terms& terms, const path_record& r) {
+    return forget_factor_in<splits_of_vertex, Kind>(terms, r);
+}
+// Splits on arrival that count for what a walk goes on to, and not for what is joined or merged at the
+// vertex.
+inline planted forget_splits_at_joins(weight_terms& terms, const path_record& r) {
+    planted done = planted::nothing;
+    for (int i = 1; i < size_of(r) - 1 && r.splits_on_arrival; ++i) {
+        const double to_light = log_of_inverse(vertex(r, i).splits);
+        const double to_camera = splits_of_vertex::log_to_camera(vertex(r, i));
+        done = done | multiply(from_camera(terms, i), to_light) |
+               multiply(from_camera(terms, i + 1), -to_light) | multiply(from_light(terms, i), to_camera) |
+               multiply(from_light(terms, i - 1), -to_camera);
+    }
+    return done;
 }
 
 // The survival of the other walk's vertex, at a merge.
@@ -475,6 +518,62 @@ inline constexpr mistake mistakes[] = {
     {"roulette_one_sided", "Survival probabilities are left out of the weights of merges only.",
      "All techniques must use the same densities: include survival in the weight of this one too.",
      "survival", detail::forget_survival_in<technique_kind::merge>},
+    {"splitting_omitted", "Numbers of copies are left out of the densities.",
+     "Where walks split, multiply the expected number of copies into the density of what they go on to, of "
+     "both "
+     "walks; where they do so before they are joined, into that of arriving.",
+     "", detail::forget_splits<detail::forgotten::both>},
+    {"splitting_omitted", "Numbers of copies are left out of the reverse densities.",
+     "Where walks split, multiply the expected number of copies into the density of what they go on to, of "
+     "both "
+     "walks; where they do so before they are joined, into that of arriving.",
+     "", detail::forget_splits<detail::forgotten::reverse>},
+    {"splitting_omitted", "Numbers of copies are left out of the forward densities.",
+     "Where walks split, multiply the expected number of copies into the density of what they go on to, of "
+     "both "
+     "walks; where they do so before they are joined, into that of arriving.",
+     "", detail::forget_splits<detail::forgotten::forward>},
+    {"splitting_omitted", "Numbers of copies are left out of the camera walk's densities.",
+     "Where walks split, multiply the expected number of copies into the density of what they go on to, of "
+     "both "
+     "walks; where they do so before they are joined, into that of arriving.",
+     "", detail::forget_splits<detail::forgotten::to_light>},
+    {"splitting_omitted", "Numbers of copies are left out of the light walk's densities.",
+     "Where walks split, multiply the expected number of copies into the density of what they go on to, of "
+     "both "
+     "walks; where they do so before they are joined, into that of arriving.",
+     "", detail::forget_splits<detail::forgotten::to_camera>},
+    {"splitting_omitted", "Numbers of copies are left out of the weights of light hits only.",
+     "Where walks split, multiply the expected number of copies into the density of what they go on to, of "
+     "both "
+     "walks; where they do so before they are joined, into that of arriving.",
+     "", detail::forget_splits_in<technique_kind::light_hit>},
+    {"splitting_omitted", "Numbers of copies are left out of the weights of next events only.",
+     "Where walks split, multiply the expected number of copies into the density of what they go on to, of "
+     "both "
+     "walks; where they do so before they are joined, into that of arriving.",
+     "", detail::forget_splits_in<technique_kind::next_event>},
+    {"splitting_omitted", "Numbers of copies are left out of the weights of connections only.",
+     "Where walks split, multiply the expected number of copies into the density of what they go on to, of "
+     "both "
+     "walks; where they do so before they are joined, into that of arriving.",
+     "", detail::forget_splits_in<technique_kind::connection>},
+    {"splitting_omitted", "Numbers of copies are left out of the weights of camera connections only.",
+     "Where walks split, multiply the expected number of copies into the density of what they go on to, of "
+     "both "
+     "walks; where they do so before they are joined, into that of arriving.",
+     "", detail::forget_splits_in<technique_kind::camera_connection>},
+    {"splitting_omitted", "Numbers of copies are left out of the weights of merges only.",
+     "Where walks split, multiply the expected number of copies into the density of what they go on to, of "
+     "both "
+     "walks; where they do so before they are joined, into that of arriving.",
+     "", detail::forget_splits_in<technique_kind::merge>},
+    {"splitting_omitted",
+     "Copies that are made on arrival are left out of what is joined and merged at a vertex.",
+     "Where walks split, multiply the expected number of copies into the density of what they go on to, of "
+     "both "
+     "walks; where they do so before they are joined, into that of arriving.",
+     "", detail::forget_splits_at_joins},
     {"merge_roulette",
      "At a merge, the density towards the camera has the survival of the camera walk's vertex instead of the "
      "photon's.",

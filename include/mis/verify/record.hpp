@@ -63,6 +63,8 @@ struct recorded_vertex {
     // Only to tell mistakes apart.
     double survival = not_given;             // roulette, already inside this vertex's densities
     double photon_survival = not_given;      // merges: that of the light walk's vertex
+    double splits = 1;                       // expected copies of a walk, inside this vertex's densities, too
+    double splits_to_camera = not_given;     // that of the light walk; `splits` where not given
     double selection = not_given;            // light selection, already inside pdf_position
     double selection_next_event = not_given; // that inside pdf_next_event; `selection` where not given
     double eta_to_camera = not_given;        // refractive indices on both sides of a Dirac vertex
@@ -83,7 +85,8 @@ struct path_record {
     // Numbers of samples; `merge` is a number of light walks, without the area of the disk. The caps are
     // those of sub-paths.
     technique_counts<double> counts;
-    double radius = not_given; // of merges
+    double radius = not_given;      // of merges
+    bool splits_on_arrival = false; // before a vertex is joined: splits are inside the densities of arriving
     std::vector<recorded_vertex> vertices;
 };
 
@@ -201,7 +204,7 @@ inline const char* first_bad_field(const path_record& record) {
 // number that is NaN, infinite or negative. Where it is 0, a count or a radius switches its technique off.
 inline record_place first_bad_number(const path_record& record) {
     using field = std::pair<const char*, double recorded_vertex::*>;
-    static constexpr std::array<field, 22> fields{
+    static constexpr std::array<field, 24> fields{
         {{"pdf_position", &recorded_vertex::pdf_position},
          {"pdf_next_event", &recorded_vertex::pdf_next_event},
          {"pdf_to_camera", &recorded_vertex::pdf_to_camera},
@@ -216,6 +219,8 @@ inline record_place first_bad_number(const path_record& record) {
          {"pdf_distance_from_light", &recorded_vertex::pdf_distance_from_light},
          {"merge_factor", &recorded_vertex::merge_factor},
          {"photon.survival", &recorded_vertex::photon_survival},
+         {"splits", &recorded_vertex::splits},
+         {"splits_to_camera", &recorded_vertex::splits_to_camera},
          {"selection", &recorded_vertex::selection},
          {"selection_next_event", &recorded_vertex::selection_next_event},
          {"eta_to_camera", &recorded_vertex::eta_to_camera},
