@@ -59,27 +59,42 @@ cmp one.jsonl four.jsonl || fail "dumps differ"
 render=(--size 16 --samples 120 --no-checks --optimal 4 --threads 1 --checkpoint)
 results=(cornell.exr cornell-optimal.exr cornell-pyramid.png cornell.checkpoint)
 "$lab" "${render[@]}" 1000 --output whole
-# kill_in_the_middle FOLDER WHICH: 0 is mpirun, 1 to 4 are the ranks.
-kill_in_the_middle() {
-    "${mpi[@]}" -n 4 "$lab" "${render[@]}" 0 --output "$1" 2>stderr &
+# signal_in_the_middle SIGNAL FOLDER WHICH: 0 is mpirun, 1 to 4 are the ranks; its status is mpirun's.
+signal_in_the_middle() {
+    "${mpi[@]}" -n 4 "$lab" "${render[@]}" 0 --output "$2" 2>stderr &
     local mpirun=$! processes status=0
-    until [ -e "$1/cornell.checkpoint" ]; do sleep 0.01; done
+    until [ -e "$2/cornell.checkpoint" ] || ! kill -0 $mpirun; do sleep 0.01; done
     processes=($mpirun $(cat "/proc/$mpirun/task/$mpirun/children"))
-    kill -KILL "${processes[$2]}"
+    kill "-$1" "${processes[$3]}"
     wait $mpirun || status=$?
-    [ $status -eq 137 ] || fail "status $status where process $2 was killed"
     for process in "${processes[@]}"; do
         while kill -0 "$process" 2>/dev/null; do sleep 0.01; done
     done
+    return $status
+}
+# killed_in_the_middle FOLDER WHICH
+killed_in_the_middle() {
+    local status=0
+    signal_in_the_middle KILL "$@" || status=$?
+    [ $status -eq 137 ] || fail "status $status where process $2 was killed"
     [ ! -e "$1/cornell.exr" ] || fail "process $2 was not killed in the middle"
 }
-kill_in_the_middle rank_killed 3
+killed_in_the_middle rank_killed 3
 "${mpi[@]}" -n 4 "$lab" "${render[@]}" 0 --output rank_killed
 same whole rank_killed "${results[@]}"
-kill_in_the_middle mpirun_killed 0
-# By any number of ranks; and those are as many as passes are left, or more, for some.
+killed_in_the_middle mpirun_killed 0
+# By any number of ranks.
 "${mpi[@]}" -n 3 "$lab" "${render[@]}" 1000 --output mpirun_killed
 same whole mpirun_killed "${results[@]}"
+
+# A rank that is interrupted ends the others in order.
+status=0
+signal_in_the_middle TERM interrupted 2 || status=$?
+[ $status -eq 130 ] || fail "status $status after an interruption"
+grep -Eq "^interrupted: cornell: the image has [0-9]+ of 120 passes$" stderr || fail "$(cat stderr)"
+[ -e interrupted/cornell.exr ] || fail "no image after an interruption"
+"${mpi[@]}" -n 2 "$lab" "${render[@]}" 1000 --output interrupted
+same whole interrupted "${results[@]}"
 
 # What is wrong for all ranks is said once; and what for one, with its number.
 fails 2 "^lab: 'whole/cornell.checkpoint' is of --optimal 4, not --optimal 2$" \

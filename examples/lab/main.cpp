@@ -118,7 +118,9 @@ template <class Real> lab::settings<Real> settings_of(const options& o, const bp
 std::string settings_text(const options& o, const std::string& scene) {
     std::ostringstream text;
     text << "mis " << MIS_VERSION_MAJOR << '.' << MIS_VERSION_MINOR << '.' << MIS_VERSION_PATCH << '\n';
-    const auto add = [&](const char* option, const auto& value) { text << option << ' ' << nlohmann::json(value) << '\n'; };
+    const auto add = [&](const char* option, const auto& value) {
+        text << option << ' ' << nlohmann::json(value) << '\n';
+    };
     add("--scene", scene);
     add("--scalar", o.scalar);
     add("--size", o.size);
