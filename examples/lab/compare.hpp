@@ -55,6 +55,12 @@ struct comparison {
         with_mistakes.end_pass();
         without.end_pass();
     }
+    void add_arrays(std::vector<row_array>& arrays, int rows_of_tile) {
+        arrays.push_back(rows_of("the right image", right, rows_of_tile));
+        for (auto* meter : {&with_mistakes, &without})
+            for (auto* values : {&meter->sum, &meter->square})
+                arrays.push_back(rows_of("brightness", *values, right.width, rows_of_tile));
+    }
 };
 
 // One line: the change of brightness with the standard error that pixels give, and the factor of the

@@ -69,14 +69,24 @@ glm::dvec3 optimal_weights::add(const balanced_sample& x) {
 void optimal_weights::end_pass() {
     of_lengths->for_each([&](auto& s) {
         for (std::size_t t = 0; t < s.sums.pixels.size(); ++t)
-            for (std::size_t k = 0; k < s.sums.counts.size(); ++k)
+            for (std::size_t k = 0; is_own(t) && k < s.sums.counts.size(); ++k)
                 s.sums.pixels[t].add_outside(static_cast<int>(k), s.sums.counts[k] * pixels_of(t));
+    });
+}
+
+void optimal_weights::add_arrays(std::vector<row_array>& arrays) {
+    of_lengths->for_each([&](auto& s) {
+        const std::string of_length = " of " + std::to_string(s.vertices) + " vertices";
+        arrays.push_back(rows_of("estimators" + of_length, s.sums.pixels, tiles_across, 1));
+        arrays.push_back(rows_of("coefficients" + of_length, s.coefficients, tiles_across, 1));
     });
 }
 
 void optimal_weights::solve(int threads) {
     of_lengths->for_each([&](auto& s) {
         mis::optimal::for_each_pixel(s.sums, threads, [&](std::size_t t) {
+            if (!is_own(t))
+                return;
             const auto alpha = mis::optimal::coefficients(s.sums.pixels[t], s.sums.counts);
             for (std::size_t c = 0; c < 3; ++c)
                 for (std::size_t k = 0; k < s.sums.counts.size(); ++k)

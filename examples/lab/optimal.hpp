@@ -3,6 +3,7 @@
 // coefficients.
 #pragma once
 
+#include "row_array.hpp"
 #include "weigh.hpp"
 #include <memory>
 
@@ -26,6 +27,11 @@ public:
     // Adds a sample, and returns what it contributes with the present coefficients.
     glm::dvec3 add(const balanced_sample& sample);
     void end_pass();
+    // Of rows of tiles, only number `first` of each `step` are added to and solved: the others are other
+    // ranks'.
+    void sum_rows(int first, int step) { first_row = first, row_step = step; }
+    // What has been added up, and the coefficients.
+    void add_arrays(std::vector<row_array>& arrays);
     // From all passes so far, the coefficients of those to come.
     void solve(int threads);
     // The direct estimate of each tile: the mean of its pixels, all lengths together.
@@ -42,7 +48,9 @@ public:
 private:
     struct systems; // see optimal.cpp: they take long to compile
 
-    int width, tile, tiles_across;
+    bool is_own(std::size_t t) const { return static_cast<int>(t) / tiles_across % row_step == first_row; }
+
+    int width, tile, tiles_across, first_row = 0, row_step = 1;
     std::unique_ptr<systems> of_lengths;
 };
 

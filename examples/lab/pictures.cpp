@@ -17,6 +17,17 @@ technique_film::technique_film(int width) : film(width) {
             unweighted[n][s] = weighted[n][s] = sum;
 }
 
+void technique_film::add_arrays(std::vector<row_array>& arrays, int rows_of_tile) {
+    arrays.push_back(rows_of("the image", sum, rows_of_tile));
+    for (int n = 2; n <= longest_path; ++n)
+        for (int s = 0; s <= n; ++s) {
+            const std::string name = "the image of paths of " + std::to_string(n) + " vertices, " +
+                                     std::to_string(s) + " of the camera";
+            arrays.push_back(rows_of(name + ", unweighted", unweighted[n][s], rows_of_tile));
+            arrays.push_back(rows_of(name, weighted[n][s], rows_of_tile));
+        }
+}
+
 image read_exr(const std::string& file, int width) {
     const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(width);
     std::vector<float> data(3 * pixels);

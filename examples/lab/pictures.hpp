@@ -2,6 +2,7 @@
 // back.
 #pragma once
 
+#include "row_array.hpp"
 #include <bpt/connect.hpp>
 #include <bpt/film.hpp>
 
@@ -10,6 +11,10 @@ namespace lab {
 using bpt::black;
 using bpt::image;
 using bpt::longest_path;
+
+inline row_array rows_of(const std::string& name, image& image, int rows_of_tile) {
+    return rows_of(name, image.pixels, image.width, rows_of_tile);
+}
 
 // The weighted image, and for each path length n and number of camera vertices s what the technique alone has
 // estimated (unweighted) and what it has contributed (weighted). A merge counts with the technique of as many
@@ -27,6 +32,7 @@ struct technique_film : bpt::film {
         unweighted[n][s].pixels[pixel] += value;
         weighted[n][s].pixels[pixel] += part;
     }
+    void add_arrays(std::vector<row_array>& arrays, int rows_of_tile);
 };
 
 // The channels R, G and B of a square image of this width. Throws std::runtime_error for any other file.

@@ -100,24 +100,25 @@ row_result<Real> render_row(const renderer<Real>& r, const settings<Real>& set, 
     return result;
 }
 
-// Renders all passes; `on_pass` is given each in turn, and returns whether another one is wanted.
+// Renders one pass.
+template <class Real>
+pass_result<Real> make_pass(const renderer<Real>& first, const settings<Real>& set, int pass) {
+    std::vector<walk<Real>> light_walks;
+    if (first.merges() && looks_at_paths(first, set))
+        light_walks = trace_light_walks(first.at_pass(pass), pass);
+    pass_result<Real> result{pass, std::vector<row_result<Real>>(static_cast<std::size_t>(set.width))};
+    render_pass(first, pass, [&](const renderer<Real>& r, const photon_map<Real>* photons, int row) {
+        result.rows[static_cast<std::size_t>(row)] = render_row(r, set, pass, row, photons, light_walks);
+    });
+    return result;
+}
+
+// Renders all passes; `on_pass` is given each in turn.
 template <class Real, class OnPass>
 void render(const scene<Real>& scene, const settings<Real>& set, OnPass&& on_pass) {
     const renderer<Real> first = make_renderer(scene, set);
-    bool goes_on = true;
-    for (int pass = 0; pass < set.passes && goes_on; ++pass) {
-        std::vector<walk<Real>> light_walks;
-        if (first.merges() && looks_at_paths(first, set))
-            light_walks = trace_light_walks(first.at_pass(pass), pass);
-        pass_result<Real> result{pass, std::vector<row_result<Real>>(static_cast<std::size_t>(set.width))};
-        render_pass(first, pass, [&](const renderer<Real>& r, const photon_map<Real>* photons, int row) {
-            result.rows[static_cast<std::size_t>(row)] = render_row(r, set, pass, row, photons, light_walks);
-        });
-        if constexpr (std::is_same_v<decltype(on_pass(result)), bool>)
-            goes_on = on_pass(result);
-        else
-            on_pass(result);
-    }
+    for (int pass = 0; pass < set.passes; ++pass)
+        on_pass(make_pass(first, set, pass));
 }
 
 } // namespace lab

@@ -109,6 +109,31 @@ inline void write_file(const std::string& name, std::string_view bytes) {
         throw std::runtime_error("'" + name + "' cannot be written: " + std::strerror(error));
 }
 
+// Replaces a whole file: fill(write) writes its bytes, piece by piece, to a file of the same name and ".new",
+// which takes the old one's place once it is on the disk. Throws std::runtime_error where that fails; then
+// the old one is as it was.
+template <class Fill> void replace_file(const std::string& name, Fill&& fill) {
+    const std::string fresh = name + ".new";
+    const int descriptor = open(fresh.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+    int error = descriptor < 0 ? errno : 0;
+    if (descriptor >= 0) {
+        fill([&](std::string_view bytes) {
+            if (error == 0)
+                write_bytes(descriptor, bytes, error);
+        });
+        if (error == 0 && fsync(descriptor) != 0)
+            error = errno;
+        if (close(descriptor) != 0 && error == 0)
+            error = errno;
+        if (error == 0 && std::rename(fresh.c_str(), name.c_str()) != 0)
+            error = errno;
+        if (error != 0)
+            unlink(fresh.c_str());
+    }
+    if (error != 0)
+        throw std::runtime_error("'" + name + "' cannot be written: " + std::strerror(error));
+}
+
 // Things to do of which none is left out because another one fails.
 class attempts {
 public:
