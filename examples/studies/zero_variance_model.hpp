@@ -35,10 +35,9 @@ inline double reflected(const rod& s, double x, direction d) {
     return s.survival * (s.forward * adjoint(s, x, d) + (1 - s.forward) * adjoint(s, x, opposite(d)));
 }
 
-// The rules of a walk. Without a window it is analogue: it survives a collision as it does in nature, and
-// scores
-// 1. With one it multiplies its weight by the survival, and roulette and splitting keep nu Psi^r / I within
-// it.
+// The rules of a walk. Without a window it is analogue: it survives a collision as it does in nature, and its
+// score is 1. With one it multiplies its weight by the survival, and roulette and splitting keep
+// nu Psi^r / I in the window.
 struct walk_rules {
     const char* name = "";
     double lower = 0, upper = 0; // the window; {1, 1}: exact rates
@@ -50,7 +49,6 @@ inline bool is_analogue(const walk_rules& rules) { return rules.upper == 0; }
 struct expectation {
     double mean = 0, variance = 0, collisions = 0;
 };
-
 inline double efficiency(const expectation& e) { return 1 / (e.variance * e.collisions); }
 
 // The integral equations of a walk's moments, on a grid. A state is a walker that has arrived at a cell,

@@ -41,8 +41,8 @@ template <class T> struct rate_bounds {
 // and inside left alone. {1, 1} is the exact rate, which makes all weights I / Psi.
 template <class T> struct weight_window { T lower = T(1), upper = T(1); };
 
-// The window of size s = upper / lower >= 1 whose middle is 1, [V]'s: 2 / (1 + s) and s times that. [V] has
-// s = 5. An infinite s: {0, 2}, which splits only.
+// The window of size s = upper / lower >= 1 whose middle is 1: 2 / (1 + s) and s times that, as the authors
+// of [V] have it, with s = 5. An infinite s: {0, 2}, which splits only.
 template <class T> MIS_HOST_DEVICE constexpr weight_window<T> window_of_size(T s) {
     detail::expect_real<T>();
     assert(s >= T(1));
@@ -281,8 +281,7 @@ template <class T> MIS_HOST_DEVICE constexpr T mean(const trimmed_mean<T>& t, de
 
 // k Psi / total: the density by which every choice of a walk makes the estimate exact, where Psi is. Emission
 // [V] 5: k = L_e |cos|, Psi the incident adjoint, total = I. Scattering [V] 6: k = f |cos|, total = Psi^r.
-// Flights in media: k = T sigma_t, Psi = Psi^r at the collision, total = Psi at the start. 0 where the total
-// is.
+// Flights in media: k = T sigma_t, Psi = Psi^r at the collision, total = Psi at the start. A total of 0: 0.
 template <class T>
 MIS_HOST_DEVICE constexpr T zero_variance_density(T kernel, detail::identity_t<T> adjoint,
                                                   detail::identity_t<T> total) {
@@ -315,10 +314,9 @@ template <class T, class F> MIS_HOST_DEVICE constexpr T value_at(const F& f, int
 // out_i = |k_i Psi_i| / sum |k Psi|; returns sum |k Psi|, where nothing is negative the reflected adjoint.
 //   kernel, adjoint  tables, or functions of i: k_i, what the choice multiplies the walk's weight by
 //                    (integrated over the cell), and Psi_i, what will come of it;
-//   defensive        in [0, 1): that share of the choices is made by |k_i| alone. Where the adjoint is a
-//   guess
-//                    it must be above 0: a choice whose adjoint is 0 by mistake would never be made, which is
-//                    biased.
+//   defensive        in [0, 1): that share of the choices is made by |k_i| alone. Above 0 where the adjoint
+//   is
+//                    a guess: a choice whose adjoint is 0 by mistake would never be made, which is biased.
 // Where sum |k Psi| is 0, or any Psi is NaN or infinite, nothing is known: all choices are made by |k|, and 0
 // is returned. A k that is NaN or infinite counts as 0; where all k are 0, all probabilities are.
 template <class Kernel, class Adjoint, class T>
