@@ -66,7 +66,8 @@ template <class T> void append(std::string& bytes, const T* values, std::size_t 
 }
 template <class T> void take(std::string_view& bytes, T* values, std::size_t count) {
     static_assert(std::is_trivially_copyable_v<T>);
-    std::memcpy(values, bytes.data(), count * sizeof(T));
+    if (count > 0) // no values: a null pointer
+        std::memcpy(values, bytes.data(), count * sizeof(T));
     bytes.remove_prefix(count * sizeof(T));
 }
 // With their number before them.
