@@ -2,6 +2,7 @@
 // Calls every function of the core on the device, in float and double, so that nvcc compiles each of them.
 // Compiled only; the numbers mean nothing.
 #include <mis/batch.hpp>
+#include <mis/media.hpp>
 #include <mis/mis.hpp>
 #include <mis/roulette.hpp>
 
@@ -50,6 +51,18 @@ template <class T> __device__ T biases(T* q, int n) {
     return mis::bias_aware_density(q[0], q[1], q[2]) + mis::balance_gap_bound(q[0], q[1], q[2]) +
            mis::next_squared_radius(q[0], n) + mis::progressive_radius(q[0], n) +
            mis::progressive_radius(q[0], n, mis::optimal_alpha<T>);
+}
+
+template <class T> __device__ T media(T* q) {
+    const mis::family_sizes<T> sizes{mis::point_point_size(q[0], q[1]), mis::point_beam_size(q[0], q[1]),
+                                     mis::beam_point_size(q[0], q[1]), mis::beam_beam_size(q[0], q[1], q[2])};
+    const auto here = mis::at_vertex(sizes, mis::beams<T>{mis::beam(q[0]), mis::beam(q[1], q[2])}, q[3]);
+    const mis::distance_density<T> d = mis::distance_in_medium(q, 3, q[3]);
+    return mis::joined(mis::balance_heuristic{}, here) + mis::joined(mis::power_heuristic<>{}, here) +
+           mis::joined(mis::power_heuristic<T>{q[0]}, here) + mis::joined(mis::maximum_heuristic{}, here) +
+           mis::family_share(mis::power_heuristic<>{}, here, mis::merge_family::beam_beam) + d.density +
+           d.pass + mis::size_of(here, mis::merge_family::point_beam) +
+           mis::progressive_radius(q[0], 3, mis::optimal_alpha_in<T>(3), 3);
 }
 
 template <class T> __device__ T roulette(T* q, int n) {
@@ -123,7 +136,7 @@ template <class T> __device__ T core(T* q, int n) {
             any_number(power_of_3, q, n) + any_number(cutoff, q, n) + any_number(maximum, q, n);
     sum += mis::power(q[0], q[1]) + mis::balance(q[0], q[1]) + mis::maximum(q[0], q[1]) +
            mis::average(q[0], q[1]) + mis::cutoff(q[0], q[1]);
-    sum += measures(q) + techniques(q, n) + biases(q, n) + roulette(q, n);
+    sum += measures(q) + techniques(q, n) + biases(q, n) + roulette(q, n) + media(q);
 
     sum += mis::density_from_throughput(q[0], q[1]);
     mis::densities_from_throughputs(q, q + n, n, q);

@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 #include <lab/optimal.hpp>
 #include <lab/weigh.hpp>
+#include <mis/media.hpp>
 #include <mis/mis.hpp>
 #include <mis/optimal.hpp> // the only part that needs Eigen
 #include <mis/roulette.hpp>
@@ -434,4 +435,40 @@ state = weigh.arrive(state, distance2, cos_in, mis::with_rate(mis::pdf_distance_
                      mis::with_rate(mis::pdf_distance_reverse{1.f}, q_other_at_previous));
     // clang-format on
     CHECK(state.b > 0);
+}
+
+TEST_CASE("media") {
+    const float extinction[] = {1, 2, 3}, first_radius = 0.1f, t = 1;
+    const float photons = 1000, beams = 1000, r_2 = 0.1f, r_1 = 0.1f, density_to_here = 0.5f;
+    const float density_back_to_here = 0.25f, pass_back_to_here = 0.5f, sin_theta = 1;
+    const long long iteration = 3;
+    // clang-format off
+const float r_3 = mis::progressive_radius(first_radius, iteration, mis::optimal_alpha_in<float>(3), 3);
+
+const mis::distance_density<float> d = mis::distance_in_medium(extinction, 3, t);
+// it collides at t with density d.density, and passes t with probability d.pass
+
+    // clang-format on
+    CHECK(d.pass < 1);
+    auto all = mis::bidirectional(100.f);
+    all.merge = 1;
+    const mis::path_weights weigh{mis::power, all};
+    const mis::subpath_state<float> camera{1, 1}, light{1, 1};
+    const mis::pdf_to_light to_light{1.f};
+    const mis::pdf_to_camera to_camera{1.f};
+    // clang-format off
+// once: what one density per volume, area or length stands for; 0 where a family is off
+const mis::family_sizes<float> sizes{mis::point_point_size(photons, r_3), mis::point_beam_size(photons, r_2),
+                                     mis::beam_point_size(photons, r_2), mis::beam_beam_size(beams, r_1)};
+
+// at a vertex, when both of its segments are known: long beams of the camera, short ones of the light
+const mis::family_sizes<float> here = mis::at_vertex(
+    sizes, mis::beams<float>{mis::beam(density_to_here), mis::beam(density_back_to_here, pass_back_to_here)}, sin_theta);
+const float factor = mis::joined(mis::power, here); // with counts.merge = 1
+
+const float w = weigh.merge(camera, light, to_light, to_camera, factor) *
+                mis::family_share(mis::power, here, mis::merge_family::beam_beam);
+
+    // clang-format on
+    CHECK(w > 0);
 }

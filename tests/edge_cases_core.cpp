@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <mis/batch.hpp>
+#include <mis/media.hpp>
 #include <mis/mis.hpp>
 #include <mis/roulette.hpp>
 #include <vector>
@@ -765,4 +766,61 @@ TEST_CASE("Edge cases of roulette and splitting") {
              }},
             {"as any other", [] { return mis::zero_variance_survival(subnormal, subnormal) == 0.5f; }},
             none()}});
+}
+
+TEST_CASE("Edge cases of media") {
+    using sizes = mis::family_sizes<float>;
+    const auto joined = [](float k) { // by all three, with another family of size 1
+        const sizes s{k, 1, 0, 0};
+        return std::array<float, 3>{mis::joined(mis::balance, s), mis::joined(mis::power, s),
+                                    mis::joined(mis::maximum, s)};
+    };
+    const auto share = [](float k, float other) {
+        return mis::family_share(mis::power, sizes{k, other, 0, 0}, mis::merge_family::point_point);
+    };
+    const auto distance = [](float extinction, float t) {
+        return mis::distance_in_medium(&extinction, 1, t);
+    };
+    check(
+        "Media",
+        {{"mis::beam(distance, pass)",
+          {"0", [] { return mis::beam(0.f) == 0 && mis::beam(1.f, 0.f) == 0; }},
+          {"a distance: 0; a pass: ∞",
+           [] { return mis::beam(infinity) == 0 && mis::beam(1.f, infinity) == infinity; }},
+          asserted([] { return mis::beam(not_a_number) + mis::beam(1.f, not_a_number); }),
+          asserted([] { return mis::beam(-1.f); }),
+          {"a distance: ∞", [] { return mis::beam(subnormal) == infinity; }},
+          none()},
+         {"mis::joined(heuristic, sizes)",
+          {"counts for nothing; 0 where all are",
+           [=] {
+               return joined(0) == std::array<float, 3>{1, 1, 1} && mis::joined(mis::balance, sizes{}) == 0 &&
+                      mis::joined(mis::power, sizes{}) == 0 && mis::joined(mis::maximum, sizes{}) == 0;
+           }},
+          {"∞",
+           [=] {
+               return joined(infinity) == std::array<float, 3>{infinity, infinity, infinity};
+           }},
+          asserted([=] { return joined(not_a_number)[1]; }),
+          asserted([=] { return joined(-1)[1]; }),
+          {"as any other",
+           [=] {
+               return mis::joined(mis::power, sizes{subnormal, 0, 0, 0}) == subnormal;
+           }},
+          none()},
+         {"mis::family_share(heuristic, sizes, family)",
+          {"0, where all are, too", [=] { return share(0, 1) == 0 && share(0, 0) == 0; }},
+          {"1, shared equally", [=] { return share(infinity, 1) == 1 && share(infinity, infinity) == 0.5f; }},
+          asserted([=] { return share(not_a_number, 1); }),
+          asserted([=] { return share(-1, 1); }),
+          {"as any other", [=] { return share(subnormal, subnormal) == 0.5f; }},
+          none()},
+         {"mis::distance_in_medium(extinction, channels, t)",
+          {"no extinction: density 0, pass 1",
+           [=] { return distance(0, 1).density == 0 && distance(0, 1).pass == 1; }},
+          {"of the channel: pass 0", [=] { return distance(infinity, 1).pass == 0; }},
+          asserted([=] { return distance(not_a_number, 1).pass; }),
+          asserted([=] { return distance(-1, 1).pass; }),
+          {"as any other", [=] { return distance(subnormal, 1).density == subnormal; }},
+          asserted([=] { return mis::distance_in_medium(&infinity, 0, 1.f).pass; })}});
 }

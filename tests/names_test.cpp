@@ -64,6 +64,7 @@
 #define ERROR 0
 
 #include <mis/batch.hpp>
+#include <mis/media.hpp>
 #include <mis/mis.hpp>
 #include <mis/optimal.hpp>
 #include <mis/roulette.hpp>

@@ -74,6 +74,14 @@ MIS_HOST_DEVICE constexpr T balance_gap_bound(T least_count, detail::identity_t<
 // bias, keeps the rate of bias-aware balance, [H] 20 - 23.
 template <class T> constexpr T optimal_alpha = T(2) / T(3);
 
+// The same for a kernel in D dimensions, as merges in media have them (1 to 3, see media.hpp): bias O(r^2)
+// and variance 1 / (N r^D), so that radii fall as i^((alpha - 1) / D), and both errors at one rate for alpha
+// = 4 / (4
+// + D).
+template <class T> MIS_HOST_DEVICE constexpr T optimal_alpha_in(int dimensions) {
+    return T(4) / T(4 + dimensions);
+}
+
 // r^2_{i+1} = r^2_i (i + alpha) / (i + 1), i >= 1: the recurrence, in squared radii, [H] 3.2.4. Approaches
 // r^2_1 i^(alpha - 1) / Gamma(1 + alpha).
 template <class T>
@@ -84,14 +92,15 @@ MIS_HOST_DEVICE constexpr T next_squared_radius(T squared_radius, long long iter
     return static_cast<T>(static_cast<W>(squared_radius) * ((i + static_cast<W>(alpha)) / (i + W(1))));
 }
 
-// r_i = r_1 i^((alpha - 1) / 2), i >= 1: the closed form, which any iteration can compute alone.
+// r_i = r_1 i^((alpha - 1) / D), i >= 1: the closed form, which any iteration can compute alone; D = 2 but
+// for merges in media.
 template <class T>
 MIS_HOST_DEVICE T progressive_radius(T first_radius, long long iteration,
-                                     detail::identity_t<T> alpha = optimal_alpha<T>) {
+                                     detail::identity_t<T> alpha = optimal_alpha<T>, int dimensions = 2) {
     detail::expect_real<T>();
     using std::pow;
     using W = detail::wide_t<T>;
-    const W exponent = (static_cast<W>(alpha) - W(1)) / W(2);
+    const W exponent = (static_cast<W>(alpha) - W(1)) / static_cast<W>(dimensions);
     return static_cast<T>(static_cast<W>(first_radius) * pow(static_cast<W>(iteration), exponent));
 }
 
