@@ -144,8 +144,9 @@ template <int N, class T> bool weigh() {
 } // namespace
 
 int main() {
-    const bool in_float = weigh<4, float>() & weigh<8, float>() & weigh<16, float>() & weigh<32, float>();
-    const bool in_double =
-        weigh<4, double>() & weigh<8, double>() & weigh<16, double>() & weigh<32, double>();
-    return in_float && in_double ? 0 : 1;
+    const bool same[] = {weigh<4, float>(),  weigh<8, float>(),  weigh<16, float>(),  weigh<32, float>(),
+                         weigh<4, double>(), weigh<8, double>(), weigh<16, double>(), weigh<32, double>()};
+    for (const bool one : same)
+        if (!one)
+            return 1;
 }

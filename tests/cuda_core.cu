@@ -5,6 +5,7 @@
 #include <mis/media.hpp>
 #include <mis/mis.hpp>
 #include <mis/roulette.hpp>
+#include <mis/sequence.hpp>
 
 namespace {
 
@@ -63,6 +64,13 @@ template <class T> __device__ T media(T* q) {
            mis::family_share(mis::power_heuristic<>{}, here, mis::merge_family::beam_beam) + d.density +
            d.pass + mis::size_of(here, mis::merge_family::point_beam) +
            mis::progressive_radius(q[0], 3, mis::optimal_alpha_in<T>(3), 3);
+}
+
+template <class T> __device__ T sequences(const T* q) {
+    const T counts[] = {q[0], q[1]}, densities[] = {q[2], q[3]};
+    const auto x = mis::next_draw(mis::start_sequence(counts), densities, 1);
+    const auto single = mis::put_in_front(mis::end_sequence<T, 2>(q[0]), q[1], q[2], densities);
+    return mis::term_weight(mis::power_heuristic<>{}, x, 1) + mis::single_weight(single, counts, 0);
 }
 
 template <class T> __device__ T roulette(T* q, int n) {
@@ -136,7 +144,7 @@ template <class T> __device__ T core(T* q, int n) {
             any_number(power_of_3, q, n) + any_number(cutoff, q, n) + any_number(maximum, q, n);
     sum += mis::power(q[0], q[1]) + mis::balance(q[0], q[1]) + mis::maximum(q[0], q[1]) +
            mis::average(q[0], q[1]) + mis::cutoff(q[0], q[1]);
-    sum += measures(q) + techniques(q, n) + biases(q, n) + roulette(q, n) + media(q);
+    sum += measures(q) + techniques(q, n) + biases(q, n) + roulette(q, n) + media(q) + sequences(q);
 
     sum += mis::density_from_throughput(q[0], q[1]);
     mis::densities_from_throughputs(q, q + n, n, q);

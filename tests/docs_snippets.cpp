@@ -9,6 +9,7 @@
 #include <mis/mis.hpp>
 #include <mis/optimal.hpp> // the only part that needs Eigen
 #include <mis/roulette.hpp>
+#include <mis/sequence.hpp>
 #include <mis/verify.hpp>
 #include <optional>
 #include <pcg_random.hpp>
@@ -471,4 +472,19 @@ const float w = weigh.merge(camera, light, to_light, to_camera, factor) *
 
     // clang-format on
     CHECK(w > 0);
+}
+
+TEST_CASE("sequences") {
+    const float n_walks = 4, n_steps = 1, densities[] = {0.5f, 0.25f}, emitted = 1;
+    const int own = 0;
+    float L = 0;
+    // clang-format off
+const float sequences[] = {n_walks, n_steps}; // how many each method makes
+auto state = mis::start_sequence(sequences);
+
+// after each draw, which method `own` has made
+state = mis::next_draw(state, densities, own); // of this draw, by each method; survival included
+L += mis::term_weight(mis::balance, state, own) * throughput * emitted;
+    // clang-format on
+    CHECK(L == doctest::Approx(throughput * 8 / 9));
 }

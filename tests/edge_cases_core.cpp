@@ -6,6 +6,7 @@
 #include <mis/media.hpp>
 #include <mis/mis.hpp>
 #include <mis/roulette.hpp>
+#include <mis/sequence.hpp>
 #include <vector>
 
 using namespace edge_cases;
@@ -823,4 +824,43 @@ TEST_CASE("Edge cases of media") {
           asserted([=] { return distance(-1, 1).pass; }),
           {"as any other", [=] { return distance(subnormal, 1).density == subnormal; }},
           asserted([=] { return mis::distance_in_medium(&infinity, 0, 1.f).pass; })}});
+}
+
+TEST_CASE("Edge cases of sequences") {
+    const auto started = [](float count) {
+        const float counts[] = {count, 1};
+        return mis::term_weight(mis::balance, mis::start_sequence(counts), 0);
+    };
+    const auto drawn = [](float other, float own = 1) { // the weight of the second
+        const float counts[] = {1, 1}, densities[] = {other, own};
+        return mis::term_weight(mis::balance, mis::next_draw(mis::start_sequence(counts), densities, 1), 1);
+    };
+    const auto single = [](float count, float source = 1) {
+        const float counts[] = {count, 1};
+        return mis::single_weight(mis::end_sequence<float, 2>(source), counts, 0);
+    };
+    check("Sequences",
+          {{"mis::start_sequence(counts)",
+            {"a method that is off", [=] { return started(0) == 0; }},
+            {"those share 1 equally", [=] { return started(infinity) == 1; }},
+            asserted([=] { return started(not_a_number); }),
+            asserted([=] { return started(-1); }),
+            {"as any other", [=] { return started(subnormal) < 1e-30f; }},
+            none()},
+           {"mis::next_draw(state, densities, own)",
+            {"another's: it is out from there on; its own: asserted",
+             [=] { return drawn(0) == 1 && asserts([=] { use(drawn(1, 0)); }); }},
+            {"another's: as the largest number",
+             [=] { return drawn(infinity) < 1e-30f && drawn(infinity) >= 0; }},
+            asserted([=] { return drawn(not_a_number); }),
+            asserted([=] { return drawn(-1); }),
+            {"as any other", [=] { return drawn(subnormal) == 1 && drawn(1, subnormal) < 1e-30f; }},
+            none()},
+           {"mis::single_weight(state, counts, own)",
+            {"a count: 0; all sums: 0", [=] { return single(0) == 0 && single(1, 0) == 0; }},
+            {"those share 1 equally", [=] { return single(infinity) == 1; }},
+            asserted([=] { return single(not_a_number); }),
+            asserted([=] { return single(-1); }),
+            {"as any other", [=] { return single(subnormal) < 1e-30f; }},
+            none()}});
 }

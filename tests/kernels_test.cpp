@@ -12,7 +12,7 @@ using namespace test;
 
 TEST_CASE("a thread carries a walk and weighs its connections as three numbers per vertex do") {
     constexpr int n = threads::walk_length;
-    constexpr std::ptrdiff_t stride = 70;
+    constexpr std::size_t stride = 70;
     std::vector<std::vector<float>> numbers(11, std::vector<float>(n * stride));
     generator g(21);
     for (auto& array : numbers)
@@ -32,9 +32,11 @@ TEST_CASE("a thread carries a walk and weighs its connections as three numbers p
     const threads::path<mis::connected_surfaces> thread{weigh, w, weights.data()};
     const alternatives::three_number_weights<1, double> three{0, 0, 1};
     double worst = 0;
-    for (std::ptrdiff_t k = 0; k < stride; ++k) {
+    for (std::size_t k = 0; k < stride; ++k) {
         thread(k);
-        const auto at = [&](const float* x, int j) { return static_cast<double>(x[j * stride + k]); };
+        const auto at = [&](const float* x, int j) {
+            return static_cast<double>(x[static_cast<std::size_t>(j) * stride + k]);
+        };
         alternatives::three_numbers<double> x{at(w.cos_out, 0), at(w.cos_in, 0), 0};
         for (int j = 0; j < n; ++j) {
             const double expected =
@@ -44,7 +46,7 @@ TEST_CASE("a thread carries a walk and weighs its connections as three numbers p
                                   at(w.light_forward, j),
                                   at(w.light_reverse, j)},
                                  at(w.light_distance2, j));
-            const double weight = static_cast<double>(weights[static_cast<std::size_t>(j * stride + k)]);
+            const double weight = static_cast<double>(weights[static_cast<std::size_t>(j) * stride + k]);
             worst = std::max(worst, std::fabs(weight / expected - 1));
             x = three.arrive(three.scatter(x, at(w.cos_out, j), at(w.forward, j), at(w.reverse, j)),
                              at(w.distance2, j), at(w.cos_in, j));

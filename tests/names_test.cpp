@@ -68,6 +68,7 @@
 #include <mis/mis.hpp>
 #include <mis/optimal.hpp>
 #include <mis/roulette.hpp>
+#include <mis/sequence.hpp>
 #include <mis/verify.hpp>
 
 #undef min

@@ -14,7 +14,7 @@ struct copy {
     float* to;
     static constexpr int floats = 2; // moved by one thread
 
-    MIS_HOST_DEVICE void operator()(std::ptrdiff_t k) const { to[k] = from[k]; }
+    MIS_HOST_DEVICE void operator()(std::size_t k) const { to[k] = from[k]; }
 };
 
 struct two_techniques {
@@ -22,7 +22,7 @@ struct two_techniques {
     float* weights;
     static constexpr int floats = 3;
 
-    MIS_HOST_DEVICE void operator()(std::ptrdiff_t k) const {
+    MIS_HOST_DEVICE void operator()(std::size_t k) const {
         weights[k] = mis::power_heuristic<>{}(a[k], b[k]);
     }
 };
@@ -30,10 +30,10 @@ struct two_techniques {
 template <int N, class Heuristic> struct n_techniques {
     const float* densities;
     float* weights;
-    std::ptrdiff_t stride;
+    std::size_t stride;
     static constexpr int floats = 2 * N;
 
-    MIS_HOST_DEVICE void operator()(std::ptrdiff_t k) const {
+    MIS_HOST_DEVICE void operator()(std::size_t k) const {
         mis::weights_of_sample<N>(Heuristic{}, densities, stride, k, weights);
     }
 };
@@ -43,11 +43,9 @@ constexpr int walk_length = 8;
 struct walks {
     const float *cos_out, *forward, *reverse, *distance2, *cos_in; // of vertex j's edge to vertex j + 1
     const float *light_a, *light_b, *light_cos, *light_forward, *light_reverse, *light_distance2;
-    std::ptrdiff_t stride;
+    std::size_t stride;
 
-    MIS_HOST_DEVICE mis::subpath_state<float> start(std::ptrdiff_t k) const {
-        return {cos_out[k], cos_in[k]};
-    }
+    MIS_HOST_DEVICE mis::subpath_state<float> start(std::size_t k) const { return {cos_out[k], cos_in[k]}; }
 };
 
 // Carries the two numbers along a walk in registers and weighs a connection at each of its vertices.
@@ -57,10 +55,10 @@ template <class Use> struct path {
     float* weights;
     static constexpr int floats = 12 * walk_length;
 
-    MIS_HOST_DEVICE void operator()(std::ptrdiff_t k) const {
+    MIS_HOST_DEVICE void operator()(std::size_t k) const {
         mis::subpath_state<float> x = w.start(k);
         for (int j = 0; j < walk_length; ++j) {
-            const std::ptrdiff_t i = j * w.stride + k;
+            const std::size_t i = static_cast<std::size_t>(j) * w.stride + k;
             const mis::cosine<float> cos_out(w.cos_out[i]);
             const mis::pdf_forward<float> forward(w.forward[i]);
             const mis::pdf_reverse<float> reverse(w.reverse[i]);

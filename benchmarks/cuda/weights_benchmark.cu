@@ -16,9 +16,9 @@
 
 namespace {
 
-template <class Thread> __global__ void run_all(Thread thread, std::ptrdiff_t count) {
-    const std::ptrdiff_t stride = std::ptrdiff_t(gridDim.x) * blockDim.x;
-    for (std::ptrdiff_t k = std::ptrdiff_t(blockIdx.x) * blockDim.x + threadIdx.x; k < count; k += stride)
+template <class Thread> __global__ void run_all(Thread thread, std::size_t count) {
+    const std::size_t stride = std::size_t(gridDim.x) * blockDim.x;
+    for (std::size_t k = std::size_t(blockIdx.x) * blockDim.x + threadIdx.x; k < count; k += stride)
         thread(k);
 }
 
@@ -46,7 +46,7 @@ struct array {
 };
 
 // The best of many, in bytes per second.
-template <class Thread> double bytes_per_second(const Thread& thread, std::ptrdiff_t count) {
+template <class Thread> double bytes_per_second(const Thread& thread, std::size_t count) {
     cudaDeviceProp device{};
     check(cudaGetDeviceProperties(&device, 0), "cudaGetDeviceProperties");
     cudaEvent_t start, end;
@@ -77,11 +77,11 @@ double ulp(float a, float b) {
 bool failed = false;
 
 template <class Thread>
-void report(const char* name, const Thread& on_device, const Thread& on_host, std::ptrdiff_t count,
-            int weights, array& out, std::ptrdiff_t stride, double copy) {
+void report(const char* name, const Thread& on_device, const Thread& on_host, std::size_t count, int weights,
+            array& out, std::size_t stride, double copy) {
     const double speed = bytes_per_second(on_device, count);
-    constexpr std::ptrdiff_t compared = 1 << 16;
-    for (std::ptrdiff_t k = 0; k < compared; ++k)
+    constexpr std::size_t compared = 1 << 16;
+    for (std::size_t k = 0; k < compared; ++k)
         on_host(k);
     std::vector<float> from_device(out.host.size());
     check(cudaMemcpy(from_device.data(), out.device, out.host.size() * sizeof(float), cudaMemcpyDeviceToHost),
@@ -89,8 +89,8 @@ void report(const char* name, const Thread& on_device, const Thread& on_host, st
     double apart = 0;
     std::size_t equal = 0;
     for (int j = 0; j < weights; ++j)
-        for (std::ptrdiff_t k = 0; k < compared; ++k) {
-            const std::size_t i = std::size_t(j * stride + k);
+        for (std::size_t k = 0; k < compared; ++k) {
+            const std::size_t i = std::size_t(j) * stride + k;
             const double d = ulp(from_device[i], out.host[i]);
             apart = std::max(apart, d);
             equal += d == 0;
@@ -112,7 +112,7 @@ int main() {
     }
     cudaDeviceProp device{};
     check(cudaGetDeviceProperties(&device, 0), "cudaGetDeviceProperties");
-    constexpr std::ptrdiff_t count = 1 << 26, stride = 1 << 22;
+    constexpr std::size_t count = 1 << 26, stride = 1 << 22;
     constexpr int length = threads::walk_length;
     array a(count, 1), b(count, 2), out(count, 3);
     const double copy = bytes_per_second(threads::copy{a.device, out.device}, count);

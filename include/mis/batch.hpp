@@ -2,7 +2,8 @@
 // Floor 1: heuristics over arrays, one array per technique, as wavefront renderers keep densities: technique
 // i has the effective relative density densities[i * stride + k] for sample k, stride >= samples. Weights and
 // edges are those of heuristic.hpp. Accuracy: balance and power (2) weigh floats in float, N techniques
-// within N + beta ulp, and give 0 for a weight below the least normal number where they do not round it.
+// within N + beta ulp, and may give 0 for a weight below the least normal number. Under -ffast-math, where
+// compilers approximate divisions, it is 2 ulp more, and floats below 1e-29 have 3 digits.
 //
 // Compilers vectorise balance and power, at -O2 as well.
 #pragma once
@@ -82,40 +83,41 @@ void weights_of_some(const Heuristic& heuristic, const T* densities, int techniq
 // out[k] = weight of the first of two techniques with the effective densities a[k] and b[k], for k < samples.
 // `out` may be a or b.
 template <class Heuristic, class T>
-void weights_of_first(const Heuristic& heuristic, const T* a, const T* b, std::ptrdiff_t samples, T* out) {
+void weights_of_first(const Heuristic& heuristic, const T* a, const T* b, std::size_t samples, T* out) {
     detail::expect_real<T>();
     using detail::samples_at_once;
     T w[samples_at_once];
-    const std::ptrdiff_t in_blocks = samples - samples % samples_at_once;
+    const auto all = static_cast<std::ptrdiff_t>(samples), in_blocks = all - all % samples_at_once;
     for (std::ptrdiff_t first = 0; first < in_blocks; first += samples_at_once) {
         for (std::ptrdiff_t k = 0; k < samples_at_once; ++k)
             w[k] = mis::weight_of_first(heuristic, a[first + k], b[first + k]);
         for (std::ptrdiff_t k = 0; k < samples_at_once; ++k)
             out[first + k] = w[k];
     }
-    for (std::ptrdiff_t k = in_blocks; k < samples; ++k)
+    for (std::ptrdiff_t k = in_blocks; k < all; ++k)
         out[k] = mis::weight_of_first(heuristic, a[k], b[k]);
 }
 
 // out[i * stride + k] = weight of technique i for sample k. `out` may be `densities`.
 template <class Heuristic, class T>
-void weights_of_arrays(const Heuristic& heuristic, const T* densities, int techniques, std::ptrdiff_t samples,
-                       std::ptrdiff_t stride, T* out) {
+void weights_of_arrays(const Heuristic& heuristic, const T* densities, int techniques, std::size_t samples,
+                       std::size_t stride, T* out) {
     detail::expect_real<T>();
     assert(stride >= samples || techniques <= 1);
     constexpr bool is_number = std::is_same_v<T, float> || std::is_same_v<T, double>;
+    const auto all = static_cast<std::ptrdiff_t>(samples), apart = static_cast<std::ptrdiff_t>(stride);
     if constexpr (is_number && detail::is_of_quotients<Heuristic>) {
         constexpr std::ptrdiff_t some = detail::samples_at_once;
-        const std::ptrdiff_t in_blocks = samples - samples % some;
+        const std::ptrdiff_t in_blocks = all - all % some;
         for (std::ptrdiff_t k = 0; k < in_blocks; k += some)
-            detail::weights_of_some<some>(heuristic, densities + k, techniques, stride, out + k);
-        for (std::ptrdiff_t k = in_blocks; k < samples; ++k)
-            detail::weights_of_some<1>(heuristic, densities + k, techniques, stride, out + k);
+            detail::weights_of_some<some>(heuristic, densities + k, techniques, apart, out + k);
+        for (std::ptrdiff_t k = in_blocks; k < all; ++k)
+            detail::weights_of_some<1>(heuristic, densities + k, techniques, apart, out + k);
     } else {
-        for (std::ptrdiff_t k = 0; k < samples; ++k) {
-            const auto n = detail::normalize(heuristic, densities + k, techniques, stride);
+        for (std::ptrdiff_t k = 0; k < all; ++k) {
+            const auto n = detail::normalize(heuristic, densities + k, techniques, apart);
             for (int i = 0; i < techniques; ++i)
-                out[i * stride + k] = detail::normalized(heuristic, n, densities[i * stride + k]);
+                out[i * apart + k] = detail::normalized(heuristic, n, densities[i * apart + k]);
         }
     }
 }
@@ -124,13 +126,13 @@ void weights_of_arrays(const Heuristic& heuristic, const T* densities, int techn
 // densities are read once and stay in registers, and neighbouring threads read neighbouring numbers.
 template <int N, class Heuristic, class T>
 MIS_HOST_DEVICE constexpr void weights_of_sample(const Heuristic& heuristic, const T* densities,
-                                                 std::ptrdiff_t stride, std::ptrdiff_t k, T* out) {
+                                                 std::size_t stride, std::size_t k, T* out) {
     T q[N]{};
     for (int i = 0; i < N; ++i)
-        q[i] = densities[i * stride + k];
+        q[i] = densities[static_cast<std::size_t>(i) * stride + k];
     mis::weights(heuristic, &q[0], N, &q[0]);
     for (int i = 0; i < N; ++i)
-        out[i * stride + k] = q[i];
+        out[static_cast<std::size_t>(i) * stride + k] = q[i];
 }
 
 } // namespace mis

@@ -135,14 +135,16 @@ template <class Beta, class T>
 MIS_HOST_DEVICE T joined(const power_heuristic<Beta>& heuristic, const family_sizes<T>& k) {
     using std::pow;
     using std::sqrt;
-    const T largest = joined(maximum_heuristic{}, k);
-    const T sum = heuristic.share(k.point_point, largest) + heuristic.share(k.point_beam, largest) +
-                  heuristic.share(k.beam_point, largest) + heuristic.share(k.beam_beam, largest);
+    using W = detail::weighing_t<T>; // -ffast-math multiplies by the reciprocal of the largest
+    const W largest = static_cast<W>(joined(maximum_heuristic{}, k));
+    const auto share = [&](T size) { return heuristic.share(static_cast<W>(size), largest); };
+    const W sum = (share(k.point_point) + share(k.point_beam)) + (share(k.beam_point) + share(k.beam_beam));
     if constexpr (std::is_same_v<Beta, two>)
-        return largest * sqrt(sum);
+        return static_cast<T>(largest * sqrt(sum));
     else
-        return largest *
-               static_cast<T>(pow(sum, detail::all_lanes<T>(1 / static_cast<double>(heuristic.beta))));
+        return static_cast<T>(
+            largest *
+            static_cast<W>(pow(sum, detail::all_lanes<W>(1 / static_cast<double>(heuristic.beta)))));
 }
 
 // The distance in a homogeneous medium whose extinction depends on the channel (colour), where one distance
