@@ -827,7 +827,7 @@ TEST_CASE("Edge cases of media") {
 }
 
 TEST_CASE("Edge cases of sequences") {
-    const auto started = [](float count) {
+    const auto weight_at_start = [](float count) {
         const float counts[] = {count, 1};
         return mis::term_weight(mis::balance, mis::start_sequence(counts), 0);
     };
@@ -841,11 +841,11 @@ TEST_CASE("Edge cases of sequences") {
     };
     check("Sequences",
           {{"mis::start_sequence(counts)",
-            {"a method that is off", [=] { return started(0) == 0; }},
-            {"those share 1 equally", [=] { return started(infinity) == 1; }},
-            asserted([=] { return started(not_a_number); }),
-            asserted([=] { return started(-1); }),
-            {"as any other", [=] { return started(subnormal) < 1e-30f; }},
+            {"a method that is off", [=] { return weight_at_start(0) == 0; }},
+            {"those share 1 equally", [=] { return weight_at_start(infinity) == 1; }},
+            asserted([=] { return weight_at_start(not_a_number); }),
+            asserted([=] { return weight_at_start(-1); }),
+            {"as any other", [=] { return weight_at_start(subnormal) < 1e-30f; }},
             none()},
            {"mis::next_draw(state, densities, own)",
             {"another's: it is out from there on; its own: asserted",
