@@ -23,7 +23,7 @@ enum direction { right, left };
 // Psi-' = b Psi+ - a Psi-, with Psi+ = 1 at the far end and Psi- = 0 at the near one.
 inline double adjoint(const rod& s, double x, direction d) {
     const double a = 1 - s.survival * s.forward, b = s.survival * (1 - s.forward),
-                 k = std::sqrt(a * a - b * b);
+                 k = std::sqrt((a - b) * (a + b)); // 0 if nothing is absorbed, however it is rounded
     const auto odd = [&](double t) { return k > 0 ? std::sinh(k * t) / k : t; };
     const double all = a * odd(s.length) + std::cosh(k * s.length);
     return (d == right ? a * odd(x) + std::cosh(k * x) : b * odd(x)) / all;
