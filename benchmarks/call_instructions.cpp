@@ -6,12 +6,6 @@
 #include <cstdio>
 #include <cstring>
 
-#ifdef __clang__
-#define NOT_INLINED [[gnu::noinline]]
-#else
-#define NOT_INLINED [[gnu::noipa]]
-#endif
-
 namespace {
 
 constexpr int repetitions = 1000;

@@ -1,4 +1,4 @@
-// Random numbers of ordinary size to weigh: the same for every alternative.
+// What all benchmarks share: random numbers of ordinary size to weigh, the same for every alternative.
 #pragma once
 
 #include "alternatives.hpp"
@@ -6,6 +6,13 @@
 #include <pcg_random.hpp>
 #include <random>
 #include <vector>
+
+// For functions whose instructions are counted: neither inlined nor changed for who calls them.
+#ifdef __clang__
+#define NOT_INLINED [[gnu::noinline]]
+#else
+#define NOT_INLINED [[gnu::noipa]]
+#endif
 
 namespace inputs {
 

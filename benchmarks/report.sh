@@ -36,7 +36,7 @@ compiler=$("${CXX:-c++}" --version | head -n 1)
 awk -v folder="$report" -v machine="$machine" -v compiler="$compiler" '
     match($0, /^@[a-z]+@$/) {
         file = folder "/" substr($0, 2, length($0) - 2) ".txt"
-        while ((getline line < file) > 0) if (line != "") print line; else print ""
+        while ((getline line < file) > 0) print line
         next
     }
     { gsub(/@machine@/, machine); gsub(/@compiler@/, compiler); print }' "$here/performance.md.in" >"$report/performance.md"

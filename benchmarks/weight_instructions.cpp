@@ -3,12 +3,6 @@
 #include "inputs.hpp"
 #include <cstdio>
 
-#ifdef __clang__
-#define NOT_INLINED [[gnu::noinline]]
-#else
-#define NOT_INLINED [[gnu::noipa]]
-#endif
-
 namespace {
 
 constexpr int repetitions = 1000;

@@ -7,12 +7,6 @@
 #include <array>
 #include <cstdio>
 
-#ifdef __clang__
-#define NOT_INLINED [[gnu::noinline]]
-#else
-#define NOT_INLINED [[gnu::noipa]]
-#endif
-
 namespace {
 
 constexpr int pixels = 4096, longest_walk = 5;

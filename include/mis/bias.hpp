@@ -74,10 +74,9 @@ MIS_HOST_DEVICE constexpr T balance_gap_bound(T least_count, detail::identity_t<
 // bias, keeps the rate of bias-aware balance, [H] 20 - 23.
 template <class T> constexpr T optimal_alpha = T(2) / T(3);
 
-// The same for a kernel in D dimensions, as merges in media have them (1 to 3, see media.hpp): bias O(r^2)
-// and variance 1 / (N r^D), so that radii fall as i^((alpha - 1) / D), and both errors at one rate for alpha
-// = 4 / (4
-// + D).
+// The same for a kernel in D dimensions, 1 to 3, as merges in media have them (media.hpp): with bias O(r^2),
+// variance 1 / (N r^D) and radii that fall as i^((alpha - 1) / D), both errors fall at one rate for this
+// alpha.
 template <class T> MIS_HOST_DEVICE constexpr T optimal_alpha_in(int dimensions) {
     return T(4) / T(4 + dimensions);
 }

@@ -26,6 +26,7 @@
 
 #include <cmath>
 #include <mis/heuristic.hpp>
+#include <mis/techniques.hpp>
 
 namespace mis {
 
@@ -48,7 +49,7 @@ template <class T> MIS_HOST_DEVICE constexpr T point_point_size(T photons, detai
 }
 template <class T> MIS_HOST_DEVICE constexpr T point_beam_size(T photons, detail::identity_t<T> radius) {
     detail::expect_real<T>();
-    return photons * radius * radius * detail::all_lanes<T>(3.1415926535897932);
+    return photons * mis::merge_area(radius);
 }
 template <class T> MIS_HOST_DEVICE constexpr T beam_point_size(T beams, detail::identity_t<T> radius) {
     return point_beam_size(beams, radius);

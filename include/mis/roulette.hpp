@@ -314,9 +314,8 @@ template <class T, class F> MIS_HOST_DEVICE constexpr T value_at(const F& f, int
 // out_i = |k_i Psi_i| / sum |k Psi|; returns sum |k Psi|, where nothing is negative the reflected adjoint.
 //   kernel, adjoint  tables, or functions of i: k_i, what the choice multiplies the walk's weight by
 //                    (integrated over the cell), and Psi_i, what will come of it;
-//   defensive        in [0, 1): that share of the choices is made by |k_i| alone. Above 0 where the adjoint
-//   is
-//                    a guess: a choice whose adjoint is 0 by mistake would never be made, which is biased.
+//   defensive        in [0, 1): that share of the choices is made by |k_i| alone. Above 0 for a guessed
+//                    adjoint: a choice whose adjoint is 0 by mistake would never be made, which is biased.
 // Where sum |k Psi| is 0, or any Psi is NaN or infinite, nothing is known: all choices are made by |k|, and 0
 // is returned. A k that is NaN or infinite counts as 0; where all k are 0, all probabilities are.
 template <class Kernel, class Adjoint, class T>

@@ -150,6 +150,10 @@ inline planted forget_splits_at_joins(weight_terms& terms, const path_record& r)
     return done;
 }
 
+constexpr const char* how_to_count_splits =
+    "Where walks split, multiply the expected number of copies into the density of what they go on to, of "
+    "both walks; where they do so before they are joined, into that of arriving.";
+
 // The survival of the other walk's vertex, at a merge.
 enum class exchanged { to_camera, to_light, both };
 template <exchanged Which> planted exchange_survival(weight_terms& terms, const path_record& r) {
@@ -518,62 +522,29 @@ inline constexpr mistake mistakes[] = {
     {"roulette_one_sided", "Survival probabilities are left out of the weights of merges only.",
      "All techniques must use the same densities: include survival in the weight of this one too.",
      "survival", detail::forget_survival_in<technique_kind::merge>},
-    {"splitting_omitted", "Numbers of copies are left out of the densities.",
-     "Where walks split, multiply the expected number of copies into the density of what they go on to, of "
-     "both "
-     "walks; where they do so before they are joined, into that of arriving.",
-     "", detail::forget_splits<detail::forgotten::both>},
+    {"splitting_omitted", "Numbers of copies are left out of the densities.", detail::how_to_count_splits, "",
+     detail::forget_splits<detail::forgotten::both>},
     {"splitting_omitted", "Numbers of copies are left out of the reverse densities.",
-     "Where walks split, multiply the expected number of copies into the density of what they go on to, of "
-     "both "
-     "walks; where they do so before they are joined, into that of arriving.",
-     "", detail::forget_splits<detail::forgotten::reverse>},
+     detail::how_to_count_splits, "", detail::forget_splits<detail::forgotten::reverse>},
     {"splitting_omitted", "Numbers of copies are left out of the forward densities.",
-     "Where walks split, multiply the expected number of copies into the density of what they go on to, of "
-     "both "
-     "walks; where they do so before they are joined, into that of arriving.",
-     "", detail::forget_splits<detail::forgotten::forward>},
+     detail::how_to_count_splits, "", detail::forget_splits<detail::forgotten::forward>},
     {"splitting_omitted", "Numbers of copies are left out of the camera walk's densities.",
-     "Where walks split, multiply the expected number of copies into the density of what they go on to, of "
-     "both "
-     "walks; where they do so before they are joined, into that of arriving.",
-     "", detail::forget_splits<detail::forgotten::to_light>},
+     detail::how_to_count_splits, "", detail::forget_splits<detail::forgotten::to_light>},
     {"splitting_omitted", "Numbers of copies are left out of the light walk's densities.",
-     "Where walks split, multiply the expected number of copies into the density of what they go on to, of "
-     "both "
-     "walks; where they do so before they are joined, into that of arriving.",
-     "", detail::forget_splits<detail::forgotten::to_camera>},
+     detail::how_to_count_splits, "", detail::forget_splits<detail::forgotten::to_camera>},
     {"splitting_omitted", "Numbers of copies are left out of the weights of light hits only.",
-     "Where walks split, multiply the expected number of copies into the density of what they go on to, of "
-     "both "
-     "walks; where they do so before they are joined, into that of arriving.",
-     "", detail::forget_splits_in<technique_kind::light_hit>},
+     detail::how_to_count_splits, "", detail::forget_splits_in<technique_kind::light_hit>},
     {"splitting_omitted", "Numbers of copies are left out of the weights of next events only.",
-     "Where walks split, multiply the expected number of copies into the density of what they go on to, of "
-     "both "
-     "walks; where they do so before they are joined, into that of arriving.",
-     "", detail::forget_splits_in<technique_kind::next_event>},
+     detail::how_to_count_splits, "", detail::forget_splits_in<technique_kind::next_event>},
     {"splitting_omitted", "Numbers of copies are left out of the weights of connections only.",
-     "Where walks split, multiply the expected number of copies into the density of what they go on to, of "
-     "both "
-     "walks; where they do so before they are joined, into that of arriving.",
-     "", detail::forget_splits_in<technique_kind::connection>},
+     detail::how_to_count_splits, "", detail::forget_splits_in<technique_kind::connection>},
     {"splitting_omitted", "Numbers of copies are left out of the weights of camera connections only.",
-     "Where walks split, multiply the expected number of copies into the density of what they go on to, of "
-     "both "
-     "walks; where they do so before they are joined, into that of arriving.",
-     "", detail::forget_splits_in<technique_kind::camera_connection>},
+     detail::how_to_count_splits, "", detail::forget_splits_in<technique_kind::camera_connection>},
     {"splitting_omitted", "Numbers of copies are left out of the weights of merges only.",
-     "Where walks split, multiply the expected number of copies into the density of what they go on to, of "
-     "both "
-     "walks; where they do so before they are joined, into that of arriving.",
-     "", detail::forget_splits_in<technique_kind::merge>},
+     detail::how_to_count_splits, "", detail::forget_splits_in<technique_kind::merge>},
     {"splitting_omitted",
      "Copies that are made on arrival are left out of what is joined and merged at a vertex.",
-     "Where walks split, multiply the expected number of copies into the density of what they go on to, of "
-     "both "
-     "walks; where they do so before they are joined, into that of arriving.",
-     "", detail::forget_splits_at_joins},
+     detail::how_to_count_splits, "", detail::forget_splits_at_joins},
     {"merge_roulette",
      "At a merge, the density towards the camera has the survival of the camera walk's vertex instead of the "
      "photon's.",
