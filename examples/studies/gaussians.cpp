@@ -8,17 +8,13 @@ namespace {
 
 using namespace studies;
 
-struct options : common_options {
-    int passes = 1'000'000;
-};
-
 setup gaussians(const std::string& name, double apart, double first_share) {
     using kind = shape::kind;
     const shape first{kind::gaussian, -apart, 4}, second{kind::gaussian, apart, 4};
     return {name, {{first_share, first}, {1 - first_share, second}}, {{{1, first}}, {{1, second}}}};
 }
 
-bool study(const setup& s, const options& o, pcg32& rng, csv_file& csv, csv_file& curves) {
+bool study(const setup& s, const pass_options& o, pcg32& rng, csv_file& csv, csv_file& curves) {
     const double from = -80, to = 80;
     const exact known = integrate(s, from, to);
     std::printf("%s\n", s.name.c_str());
@@ -45,7 +41,7 @@ bool study(const setup& s, const options& o, pcg32& rng, csv_file& csv, csv_file
     return good;
 }
 
-bool run(const options& o) {
+bool run(const pass_options& o) {
     csv_file csv(o.output, "gaussians.csv", "setup,estimator,variance,measured,error,seen");
     std::string heading = "setup,x,f,first,second";
     for (const char* name : heuristic_names)
@@ -60,12 +56,8 @@ bool run(const options& o) {
 } // namespace
 
 int main(int count, char** arguments) {
-    CLI::App app{
-        std::string("Variances of heuristics where each technique samples one of two Gaussians; writes "
-                    "gaussians.csv and gaussians_curves.csv.\n") +
-        exit_statuses};
-    options o;
-    add_common(app, o);
-    add_number(app, "--passes", o.passes, "simulated for each variance", 1000, 1'000'000'000);
-    return run_study(app, o, count, arguments, [&] { return run(o); });
+    return run_with_passes(
+        "Variances of heuristics where each technique samples one of two Gaussians; writes "
+        "gaussians.csv and gaussians_curves.csv.",
+        1'000'000, count, arguments, run);
 }

@@ -11,10 +11,6 @@ namespace {
 
 using namespace studies;
 
-struct options : common_options {
-    int passes = 300'000;
-};
-
 constexpr double shares[] = {0.1, 0.03, 0.01, 0.003, 0.001, 0.0003, 0.0001};
 
 setup nearly_perfect(double share) {
@@ -23,7 +19,7 @@ setup nearly_perfect(double share) {
     return {text("uniform share %g", share), {{1, peak}}, {{{1 - share, peak}, {share, even}}, {{1, even}}}};
 }
 
-bool run(const options& o) {
+bool run(const pass_options& o) {
     std::string heading = "share";
     for (const estimator& e : estimators)
         heading += "," + e.name;
@@ -56,12 +52,7 @@ bool run(const options& o) {
 } // namespace
 
 int main(int count, char** arguments) {
-    CLI::App app{
-        std::string(
-            "Variances of heuristics where one technique is nearly perfect; writes low_variance.csv.\n") +
-        exit_statuses};
-    options o;
-    add_common(app, o);
-    add_number(app, "--passes", o.passes, "simulated for each variance", 1000, 1'000'000'000);
-    return run_study(app, o, count, arguments, [&] { return run(o); });
+    return run_with_passes(
+        "Variances of heuristics where one technique is nearly perfect; writes low_variance.csv.", 300'000,
+        count, arguments, run);
 }

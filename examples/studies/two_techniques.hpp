@@ -8,44 +8,33 @@
 
 namespace studies {
 
-// What a sample x of one of two techniques is multiplied by: f(x) times it is what is added up.
+// What a sample adds to the estimate of a pass: of technique i, at a place where f and the densities p are
+// known.
 struct estimator {
     std::string name;
-    // of technique i at x with densities p: how much of f, and what is added for each sample (a control
-    // variate)
-    double (*factor)(const double* p, int i, const Eigen::VectorXd& alpha);
-    bool is_optimal = false;
+    double (*contribution)(const exact& known, double f, const double* p, int i);
+    std::array<int, 2> techniques{0, 1}; // of the two samples
 };
 
-template <std::size_t Heuristic> double by_heuristic(const double* p, int i, const Eigen::VectorXd&) {
-    return heuristic_weights(p, 2, i)[Heuristic] / p[i];
+template <std::size_t Heuristic> double by_heuristic(const exact&, double f, const double* p, int i) {
+    return heuristic_weights(p, 2, i)[Heuristic] * f / p[i];
 }
-// Two samples of one technique, for which a pass has time.
-template <int Technique> double alone(const double* p, int i, const Eigen::VectorXd&) {
-    return i == Technique ? 1 / p[i] : 0;
+inline double by_half(const exact&, double f, const double* p, int i) { return f / p[i] / 2; }
+// [O]: the integral of the part that the densities span is known, only the rest is sampled.
+inline double optimal(const exact& known, double f, const double* p, int) {
+    return (f - known.alpha[0] * p[0] - known.alpha[1] * p[1]) / (p[0] + p[1]) + known.alpha.sum() / 2;
 }
 
 inline const estimator estimators[] = {
-    {"first alone", alone<0>},
-    {"second alone", alone<1>},
-    {"constant 1/2", [](const double* p, int i, const Eigen::VectorXd&) { return 0.5 / p[i]; }},
-    {"average", by_heuristic<0>},
-    {"balance", by_heuristic<balance>},
-    {"power", by_heuristic<power>},
-    {"cutoff", by_heuristic<cutoff>},
-    {"maximum", by_heuristic<maximum>},
-    {"optimal", nullptr, true},
+    {"first alone", by_half, {0, 0}}, {"second alone", by_half, {1, 1}},  {"constant 1/2", by_half},
+    {"average", by_heuristic<0>},     {"balance", by_heuristic<balance>}, {"power", by_heuristic<power>},
+    {"cutoff", by_heuristic<cutoff>}, {"maximum", by_heuristic<maximum>}, {"optimal", optimal},
 };
 
-// What is added for a sample x of technique i; and what once a pass.
+// What a sample x of technique i adds; 0 where there is none, but a quadrature comes by.
 inline double contribution(const estimator& e, const setup& s, const exact& known, double x, int i) {
-    const double p[] = {value_at(s.techniques[0], x), value_at(s.techniques[1], x)}, f = value_at(s.f, x);
-    if (!e.is_optimal)
-        return p[i] > 0 ? f * e.factor(&p[0], i, known.alpha) : 0;
-    if (!(p[i] > 0)) // where a quadrature comes by, but no sample
-        return 0;
-    // [O]: the integral of the part that the densities span is known, only the rest is sampled.
-    return (f - known.alpha[0] * p[0] - known.alpha[1] * p[1]) / (p[0] + p[1]) + known.alpha.sum() / 2;
+    const double p[] = {value_at(s.techniques[0], x), value_at(s.techniques[1], x)};
+    return p[i] > 0 ? e.contribution(known, value_at(s.f, x), &p[0], i) : 0;
 }
 
 // Mean, second and fourth central moment of what one pass adds up to: one sample of each technique, or two of
@@ -81,22 +70,9 @@ inline moments by_quadrature(const estimator& e, const setup& s, const exact& kn
     return m;
 }
 
-// Which techniques a pass takes its two samples from.
-inline std::array<int, 2> techniques_of(const estimator& e) {
-    if (e.name == "first alone")
-        return {0, 0};
-    if (e.name == "second alone")
-        return {1, 1};
-    return {0, 1};
-}
-// Two samples of one technique are averaged.
-inline double share_of(const estimator& e) { return techniques_of(e)[0] == techniques_of(e)[1] ? 0.5 : 1; }
-
 inline moments of_pass(const estimator& e, const setup& s, const exact& known, double from, double to) {
-    const auto [i, k] = techniques_of(e);
-    moments m = of_sum(by_quadrature(e, s, known, from, to, i), by_quadrature(e, s, known, from, to, k));
-    const double share = share_of(e);
-    return {m.mean * share, m.variance * share * share, m.fourth * share * share * share * share};
+    return of_sum(by_quadrature(e, s, known, from, to, e.techniques[0]),
+                  by_quadrature(e, s, known, from, to, e.techniques[1]));
 }
 
 // ---- Simulation beside quadrature ----
@@ -112,17 +88,13 @@ struct comparison {
 
 inline comparison compare(const estimator& e, const setup& s, const exact& known, double from, double to,
                           int passes, pcg32& rng) {
-    const double share = share_of(e);
-    const auto [i, k] = techniques_of(e);
     double sum = 0;
     for (int pass = 0; pass < passes; ++pass) {
         if (pass % 100'000 == 0)
             show_progress(text("%s, %s: %d of %d passes", s.name.c_str(), e.name.c_str(), pass, passes));
-        const auto one = [&](int technique) {
-            return contribution(e, s, known, sample(s.techniques[static_cast<std::size_t>(technique)], rng),
-                                technique);
-        };
-        const double off = share * (one(i) + one(k)) - known.integral;
+        double off = -known.integral;
+        for (const int i : e.techniques)
+            off += contribution(e, s, known, sample(s.techniques[static_cast<std::size_t>(i)], rng), i);
         sum += off * off;
     }
     comparison c{of_pass(e, s, known, from, to), sum / passes, 0, false};
@@ -139,6 +111,22 @@ inline bool report_comparison(const estimator& e, const comparison& c) {
         return report(c.is_confirmed(), what);
     note(what + ": out of a simulation's sight");
     return true;
+}
+
+// ---- The command line of such a study ----
+
+struct pass_options : common_options {
+    int passes;
+};
+
+// Parses it and runs the study, as run_study does; run(options) tells whether all checks pass.
+template <class Run>
+int run_with_passes(const std::string& what, int passes, int count, char** arguments, Run&& run) {
+    CLI::App app{what + "\n" + exit_statuses};
+    pass_options o{{}, passes};
+    add_common(app, o);
+    add_number(app, "--passes", o.passes, "simulated for each variance", 1000, 1'000'000'000);
+    return run_study(app, o, count, arguments, [&] { return run(o); });
 }
 
 } // namespace studies
