@@ -1,10 +1,12 @@
 #!/usr/bin/env bash
 # Compile time of each header over that of the standard headers (and Eigen's) that it includes: time_headers.sh
-# COMPILER HEADER... Processor time, the two measured in turn, medians; and the lines of code that it brings.
+# COMPILER HEADER... Processor time, the two measured in turn, medians of RUNS (environment; 5); and the lines of code
+# that it brings. Fails where a ratio is above MOST (environment; none).
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 compiler=${1:-c++}
-runs=${RUNS:-5}
+runs=${RUNS:-5} most=${MOST:-}
+status=0
 TIMEFORMAT='%U %S'
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
@@ -33,6 +35,10 @@ for header in "${@:2}"; do
         processor_time "$folder/others.cpp" >>"$folder/others.times"
     done
     awk -v header="$header" -v lines="$lines" -v with="$(median "$folder/library.times")" \
-        -v others="$(median "$folder/others.times")" \
-        'BEGIN { printf "| `%s` | %d | %d | %d | %.2f |\n", header, lines, others, with, with / others }'
+        -v others="$(median "$folder/others.times")" -v most="$most" 'BEGIN {
+            is_met = most == "" || with / others <= most
+            printf "| `%s` | %d | %d | %d | %.2f%s |\n", header, lines, others, with, with / others, is_met ? "" : " MISSED"
+            exit !is_met
+        }' || status=1
 done
+exit $status
