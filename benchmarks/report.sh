@@ -28,7 +28,7 @@ section weights "$here/count_weights.sh" "$programs/weight_instructions"
 section optimal "$here/count_optimal.sh" "$programs/optimal_instructions" "$programs/optimal_instructions_native"
 section throughput "$programs/throughput_benchmark"
 section bytes "$here/count_bytes.sh" "$programs/call_instructions"
-section headers "$here/time_headers.sh" "${CXX:-c++}" mis/heuristic.hpp mis/packet.hpp mis/batch.hpp mis/path.hpp \
+section headers "$here/cost_of_headers.sh" "${CXX:-c++}" mis/heuristic.hpp mis/packet.hpp mis/batch.hpp mis/path.hpp \
     mis/subpath.hpp mis/bias.hpp mis/mis.hpp mis/optimal.hpp mis/verify.hpp
 
 machine=$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1)

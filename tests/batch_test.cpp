@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "oracle.hpp"
-#include "ulp.hpp"
+#include "heuristics.hpp"
 
 #include <cstdio>
 #include <doctest/doctest.h>
@@ -26,14 +25,10 @@ template <class T> arrays<T> random_arrays(generator& g, int techniques, std::si
     arrays<T> a{techniques, samples, samples + static_cast<std::size_t>(g.integer(0, 9)), {}};
     a.densities.assign(static_cast<std::size_t>(techniques) * a.stride, marker<T>());
     for (std::size_t k = 0; k < samples; ++k) {
-        const bool close = g.chance(0.6), zeros = g.chance(0.05);
-        const double middle = g.uniform(-20, 20);
-        for (int i = 0; i < techniques; ++i) {
-            const T ordinary = g.chance(0.1) ? T(0) : g.log_uniform<T>(middle - 3, middle + 3);
-            a.densities[static_cast<std::size_t>(i) * a.stride + k] = zeros   ? T(0)
-                                                                      : close ? ordinary
-                                                                              : g.any<T>();
-        }
+        const auto q = g.chance(0.05) ? std::vector<T>(static_cast<std::size_t>(techniques))
+                                      : random_densities<T>(g, techniques);
+        for (std::size_t i = 0; i < q.size(); ++i)
+            a.densities[i * a.stride + k] = q[i];
     }
     return a;
 }
@@ -44,13 +39,10 @@ std::size_t random_samples(generator& g) {
     return static_cast<std::size_t>(around[g.integer(0, 7)]);
 }
 
-template <class Visit> void for_each_heuristic(Visit&& visit) {
-    visit(mis::average, oracle::heuristic{heuristic_kind::average});
-    visit(mis::balance, oracle::heuristic{heuristic_kind::balance});
-    visit(mis::power, oracle::heuristic{heuristic_kind::power, 2});
+// And one whose beta is known at run time alone.
+template <class Visit> void for_each_and_cubes(Visit&& visit) {
+    for_each_heuristic(visit);
     visit(mis::power_heuristic{3}, oracle::heuristic{heuristic_kind::power, 3});
-    visit(mis::cutoff_heuristic{0.125}, oracle::heuristic{heuristic_kind::cutoff, 0.125});
-    visit(mis::maximum, oracle::heuristic{heuristic_kind::maximum});
 }
 
 // -ffast-math: compilers may multiply by an approximate reciprocal, in ulp.
@@ -64,13 +56,11 @@ template <class T> double error_of(T weight, const wide& exact) {
     return error_of_two(weight, exact);
 }
 
-double beta_of(oracle::heuristic h) { return h.kind == heuristic_kind::power ? h.parameter : 1; }
-
 } // namespace
 
 TEST_CASE_TEMPLATE("arrays of N techniques: within N + beta ulp, whatever the number of samples", T, float,
                    double) {
-    for_each_heuristic([](const auto& heuristic, oracle::heuristic reference) {
+    for_each_and_cubes([](const auto& heuristic, oracle::heuristic reference) {
         generator g(11);
         worst_case error, in_place, of_one;
         bool kept_the_rest = true;
@@ -110,14 +100,15 @@ TEST_CASE_TEMPLATE("arrays of N techniques: within N + beta ulp, whatever the nu
                     static_cast<int>(reference.kind), error.error);
         CAPTURE(static_cast<int>(reference.kind));
         CHECK(error.error <= 1);
-        CHECK(in_place.error <= 0);
+        CHECK(in_place.error <=
+              approximation); // a loop of its own, where compilers ask whether arrays overlap
         CHECK(of_one.error <= 1);
         CHECK(kept_the_rest);
     });
 }
 
 TEST_CASE_TEMPLATE("arrays of two techniques: the same weights as one by one", T, float, double) {
-    for_each_heuristic([](const auto& heuristic, oracle::heuristic reference) {
+    for_each_and_cubes([](const auto& heuristic, oracle::heuristic reference) {
         generator g(12);
         worst_case error;
         for (int run = 0; run < 300; ++run) {

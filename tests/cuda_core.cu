@@ -6,6 +6,7 @@
 #include <mis/mis.hpp>
 #include <mis/roulette.hpp>
 #include <mis/sequence.hpp>
+#include <mis/verify/subpaths.hpp>
 
 namespace {
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "oracle.hpp"
-#include "ulp.hpp"
+#include "heuristics.hpp"
 
 #include <array>
 #include <cstdio>
@@ -14,15 +13,6 @@ using oracle::heuristic_kind;
 template <class T> constexpr bool is_rounded_once = !std::is_same_v<mis::detail::weighing_t<T>, T>;
 
 namespace {
-
-// Calls visit(heuristic of the library, its oracle) for all five.
-template <class Visit> void for_each_heuristic(Visit&& visit) {
-    visit(mis::average, oracle::heuristic{heuristic_kind::average});
-    visit(mis::balance, oracle::heuristic{heuristic_kind::balance});
-    visit(mis::power, oracle::heuristic{heuristic_kind::power, 2});
-    visit(mis::cutoff_heuristic{0.125}, oracle::heuristic{heuristic_kind::cutoff, 0.125});
-    visit(mis::maximum, oracle::heuristic{heuristic_kind::maximum});
-}
 
 // Pairs that matter: all pairs of special values, pairs from the whole range (mostly so far apart that one
 // weight is 0), and pairs close enough for both weights to be felt.
@@ -64,18 +54,6 @@ pair_errors errors_of_pairs(const Heuristic& h, oracle::heuristic reference,
 
 template <class T> const char* name = "float";
 template <> const char* name<double> = "double";
-
-// Densities of count techniques, now over the whole range, now within a few decades of one another.
-template <class T> std::vector<T> random_densities(generator& g, int count) {
-    std::vector<T> q;
-    const bool close = g.chance(0.6);
-    const double middle = g.uniform(-20, 20);
-    for (int i = 0; i < count; ++i) {
-        const T ordinary = g.chance(0.1) ? T(0) : g.log_uniform<T>(middle - 3, middle + 3);
-        q.push_back(close ? ordinary : g.any<T>());
-    }
-    return q;
-}
 
 template <class T> long double sum_of(const std::vector<T>& w) {
     long double sum = 0;
@@ -125,7 +103,7 @@ TEST_CASE_TEMPLATE("two techniques over the whole range: within 2 + beta ulp", T
         const pair_errors worst = errors_of_pairs<T>(h, reference, inputs);
         std::printf("two techniques, %s, heuristic %d: %.3f ulp, sum to 1 within %.3f epsilon\n", name<T>,
                     static_cast<int>(reference.kind), worst.weight.error, worst.unity.error);
-        const double beta = reference.kind == heuristic_kind::power ? 2 : 1;
+        const double beta = beta_of(reference);
         CAPTURE(static_cast<int>(reference.kind));
         CAPTURE(inputs[static_cast<std::size_t>(std::max(worst.weight.sample, 0LL))][0]);
         CAPTURE(inputs[static_cast<std::size_t>(std::max(worst.weight.sample, 0LL))][1]);
@@ -157,7 +135,7 @@ TEST_CASE_TEMPLATE("N <= 64 techniques over the whole range: within N ulp, summi
             const auto q = random_densities<T>(g, count);
             const auto exact = oracle::weights(h, q.data(), count);
             const auto w = weights_of(h, q);
-            const double beta = h.kind == heuristic_kind::power ? h.parameter : 1;
+            const double beta = beta_of(h);
             const double bound = is_rounded_once<T> ? count : count + beta;
             for (int i = 0; i < count; ++i)
                 weight_over_n.see(

@@ -7,7 +7,7 @@
 #include <doctest/doctest.h>
 #include <mis/bias.hpp>
 #include <mis/media.hpp>
-#include <mis/subpath.hpp>
+#include <mis/verify/subpaths.hpp>
 
 using namespace test;
 using mis::merge_family;

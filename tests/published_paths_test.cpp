@@ -5,7 +5,7 @@
 #include <doctest/doctest.h>
 #include <fstream>
 #include <mis/path.hpp>
-#include <mis/subpath.hpp>
+#include <mis/verify/subpaths.hpp>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>

@@ -9,7 +9,7 @@
 #include <doctest/doctest.h>
 #include <mis/heuristic.hpp>
 #include <mis/roulette.hpp>
-#include <mis/subpath.hpp>
+#include <mis/verify/subpaths.hpp>
 
 #include <vector>
 

@@ -5,7 +5,7 @@
 
 #include <cstdio>
 #include <doctest/doctest.h>
-#include <mis/subpath.hpp>
+#include <mis/verify/subpaths.hpp>
 
 using namespace test;
 using mis::technique_kind;

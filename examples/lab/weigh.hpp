@@ -7,6 +7,7 @@
 #include <array>
 #include <climits>
 #include <cstdint>
+#include <mis/verify/subpaths.hpp>
 
 namespace lab {
 

@@ -3,6 +3,7 @@
 #include "study.hpp"
 #include <lab/render.hpp>
 #include <mis/verify/invariance.hpp>
+#include <mis/verify/subpaths.hpp>
 
 namespace {
 

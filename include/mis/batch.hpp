@@ -104,9 +104,8 @@ void weights_of_arrays(const Heuristic& heuristic, const T* densities, int techn
                        std::size_t stride, T* out) {
     detail::expect_real<T>();
     assert(stride >= samples || techniques <= 1);
-    constexpr bool is_number = std::is_same_v<T, float> || std::is_same_v<T, double>;
     const auto all = static_cast<std::ptrdiff_t>(samples), apart = static_cast<std::ptrdiff_t>(stride);
-    if constexpr (is_number && detail::is_of_quotients<Heuristic>) {
+    if constexpr (detail::has_bits<T> && detail::is_of_quotients<Heuristic>) {
         constexpr std::ptrdiff_t some = detail::samples_at_once;
         const std::ptrdiff_t in_blocks = all - all % some;
         for (std::ptrdiff_t k = 0; k < in_blocks; k += some)

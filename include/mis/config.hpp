@@ -86,6 +86,16 @@ template <class T> MIS_HOST_DEVICE constexpr mask_t<T> is_infinite(T a) {
     return a > T(0) && !(a * all_lanes<T>(0.5) < a);
 }
 
+// Whether comparisons may be relied on to be false for NaN: not by a compiler that assumes finite numbers.
+// Then the bits of a float or double have to be looked at.
+#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
+constexpr bool compares_nan = false;
+#else
+constexpr bool compares_nan = true;
+#endif
+template <class T> constexpr bool has_bits = std::is_same_v<T, float> || std::is_same_v<T, double>;
+template <class T> using bits_t = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
+
 // Limits as constants, because device code may not call the functions of std::numeric_limits.
 // A packet's are those of its numbers.
 template <class T> struct limits {
@@ -115,13 +125,10 @@ template <class T> MIS_HOST_DEVICE constexpr T saturate(T a) { return smaller(a,
 // finite numbers (-ffast-math) may make 0 / 0 a 1, or leave NaN in, so there `own` and the weight's bits are
 // looked at.
 template <class T> MIS_HOST_DEVICE constexpr T proper(T weight, [[maybe_unused]] T own, T zero) {
-#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
-    if constexpr (std::is_same_v<T, float> || std::is_same_v<T, double>) {
-        using bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
-        const bool is_number = __builtin_bit_cast(bits, weight) < __builtin_bit_cast(bits, T(2));
+    if constexpr (!compares_nan && has_bits<T>) {
+        const bool is_number = __builtin_bit_cast(bits_t<T>, weight) < __builtin_bit_cast(bits_t<T>, T(2));
         return own > zero && is_number ? smaller(weight, T(1)) : T(0);
     }
-#endif
     return larger(zero, weight);
 }
 

@@ -48,12 +48,6 @@ constexpr bool needs_no_scale = !std::is_same_v<weighing_t<T>, T> && is_of_quoti
 // infinity.
 MIS_HOST_DEVICE constexpr double finite_density(float q) { return smaller(static_cast<double>(q), 1e150); }
 
-#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
-constexpr bool compares_nan = false;
-#else
-constexpr bool compares_nan = true;
-#endif
-
 } // namespace detail
 
 // Weight of the first of two techniques with effective densities a and b.

@@ -8,8 +8,8 @@
 //     EXPECT_TRUE(r) << r.message         GoogleTest
 //
 // A check that calls back asks only for techniques that can make the path. Tolerances are relative. Host
-// only. Nothing here depends on isnan or isinf, so that it works under -ffast-math. docs/unit_tests.md shows
-// every check in use; diagnosis.hpp names the mistake behind weights that are wrong.
+// only, but for subpaths.hpp. Nothing here depends on isnan or isinf, so that it works under -ffast-math.
+// docs/unit_tests.md shows every check in use; diagnosis.hpp names the mistake behind weights that are wrong.
 //
 // Not part of mis.hpp: renderers need none of this, and their tests all of it.
 #pragma once
@@ -17,4 +17,5 @@
 #include <mis/verify/diagnosis.hpp>
 #include <mis/verify/invariance.hpp>
 #include <mis/verify/sampling.hpp>
+#include <mis/verify/subpaths.hpp>
 #include <mis/verify/weights.hpp>
