@@ -36,9 +36,9 @@ template <class T> struct wide { using type = T; };
 template <> struct wide<float> { using type = double; };
 template <class T> using wide_t = typename wide<T>::type;
 
-// The same for heuristics, which alone decide in kernels how fast a weight is: there floats are weighed as
-// they are, because many devices compute doubles at a small part of the speed. MIS_WEIGH_IN_FLOAT, defined in
-// all of a program, does so on the host.
+// The same for heuristics and complete paths, on which the speed of weights in kernels hangs: there floats
+// are weighed as they are, because many devices compute doubles at a small part of the speed.
+// MIS_WEIGH_IN_FLOAT, defined in all of a program, does so on the host.
 #if defined(MIS_WEIGH_IN_FLOAT) || defined(__CUDA_ARCH__) || defined(__HIP_DEVICE_COMPILE__)
 template <class T> using weighing_t = T;
 #else

@@ -6,6 +6,8 @@
 //   measured_vertex<T>  the same with cosines and squared distances in place of vectors;
 //   area_vertex<T>      densities per area.
 // Every function here takes an array of any of them, from camera to light: x_0 ... x_{n-1}, 2 <= n <= 10,000.
+// Relative densities and weights are within 4 beta n ulp of T, whatever the sizes of the densities; in
+// kernels floats are multiplied as floats.
 //
 // "From camera" and "to light" are the camera walk's direction (P->, omega->), "from light" and "to camera"
 // the light walk's (P<-, omega<-).
@@ -179,16 +181,21 @@ template <class T> MIS_HOST_DEVICE constexpr bool is_infinite(const scaled_produ
     return p.exponent > infinite_exponent / 2;
 }
 
-// Whether a is within 2^-128 and 2^128: no product or quotient of up to seven such numbers over- or
-// underflows in double, in whatever order. Doubles are told by their bits, so that 0, infinity and NaN are
-// never moderate, whatever -ffast-math assumes of comparisons.
+// Whether a is within 2^-e and 2^e, e an eighth of the largest exponent (of double: 128): no product or
+// quotient of up to seven such numbers over- or underflows, in whatever order. Floats and doubles are told by
+// their bits, so that 0, infinity and NaN are never moderate, whatever -ffast-math assumes of comparisons.
+template <class T> constexpr int moderate_exponent = std::numeric_limits<T>::max_exponent / 8;
 template <class T> MIS_HOST_DEVICE inline bool is_moderate(T a) {
-    if constexpr (std::is_same_v<T, double> && std::numeric_limits<double>::is_iec559) {
-        std::uint64_t bits = 0;
+    using std::ldexp;
+    constexpr int e = moderate_exponent<T>;
+    if constexpr (has_bits<T> && std::numeric_limits<T>::is_iec559) {
+        constexpr int mantissa_bits = std::numeric_limits<T>::digits - 1;
+        constexpr int bias = std::numeric_limits<T>::max_exponent - 1;
+        bits_t<T> bits = 0;
         std::memcpy(&bits, &a, sizeof a);
-        return bits - (std::uint64_t(1023 - 128) << 52) < std::uint64_t(256) << 52;
+        return bits - (bits_t<T>(bias - e) << mantissa_bits) < bits_t<T>(2 * e) << mantissa_bits;
     } else {
-        return a > T(0x1p-128) && a < T(0x1p128);
+        return a > ldexp(T(1), -e) && a < ldexp(T(1), e);
     }
 }
 
@@ -224,7 +231,9 @@ template <class T> MIS_HOST_DEVICE inline bool is_less(scaled_product<T> a, scal
     const long long apart = b.exponent - a.exponent;
     if (apart == 0)
         return a.mantissa < b.mantissa;
-    return absolute(apart) < 256 ? a.mantissa < ldexp(b.mantissa, static_cast<int>(apart)) : apart > 0;
+    return absolute(apart) < 2 * moderate_exponent<T>
+               ? a.mantissa < ldexp(b.mantissa, static_cast<int>(apart))
+               : apart > 0;
 }
 
 // A positive number that has been rounded to 0 becomes the smallest number; the smallest normal one where the
@@ -247,13 +256,13 @@ template <class T> MIS_HOST_DEVICE inline T relative_to(scaled_product<T> larges
     return is_zero(value) ? T(0) : keep_positive(ldexp(ratio, static_cast<int>(apart)));
 }
 
-template <class T> using path_product = scaled_product<wide_t<T>>;
+template <class T> using path_product = scaled_product<weighing_t<T>>;
 
 // A density by its factors: a b c / below.
 template <class T> struct path_density { T a, b = 1, c = 1, below = 1; };
 
 template <class T> MIS_HOST_DEVICE path_product<T> product(path_density<T> p) {
-    using W = wide_t<T>;
+    using W = weighing_t<T>;
     scaled_product<W> below = scaled_factor<W>(p.below);
     if (is_zero(below)) // 1 / 0 is infinite, 1 / infinity is 0
         below.exponent = -infinite_exponent;
@@ -264,27 +273,27 @@ template <class T> MIS_HOST_DEVICE path_product<T> product(path_density<T> p) {
 }
 
 // The same as a plain number if it surely is one, else as anything that is not moderate.
-template <class T> MIS_HOST_DEVICE inline wide_t<T> plain_product(path_density<T> p) {
-    using W = wide_t<T>;
+template <class T> MIS_HOST_DEVICE inline weighing_t<T> plain_product(path_density<T> p) {
+    using W = weighing_t<T>;
     assert_density(p.a);
     assert_density(p.b);
     assert_density(p.c);
     assert_density(p.below);
     const W front = W(p.a) * W(p.b), back = W(p.c) / W(p.below);
-    if constexpr (std::is_same_v<T, float>)
+    if constexpr (!std::is_same_v<T, W>)
         return front * back; // in double, where those of floats have room
     else
         return is_moderate(front) && is_moderate(back) ? front * back : W(0);
 }
 
 template <class T> MIS_HOST_DEVICE inline path_product<T> operator*(path_product<T> p, path_density<T> q) {
-    const wide_t<T> mantissa = p.mantissa * plain_product(q);
+    const weighing_t<T> mantissa = p.mantissa * plain_product(q);
     return is_moderate(mantissa) ? path_product<T>{mantissa, p.exponent} : p * product(q);
 }
 // Adds the exponent that it takes out to `taken`.
 template <class T>
 MIS_HOST_DEVICE inline path_product<T> without(path_product<T> p, path_density<T> q, long long& taken) {
-    const wide_t<T> mantissa = p.mantissa / plain_product(q);
+    const weighing_t<T> mantissa = p.mantissa / plain_product(q);
     if (is_moderate(mantissa))
         return {mantissa, p.exponent};
     const path_product<T> any_size = product(q);
@@ -400,7 +409,7 @@ template <class T, class Vertex, class Visit>
 MIS_HOST_DEVICE void for_each_relative(const technique_counts<T>& counts, const Vertex* path, int n,
                                        Visit&& visit) {
     assert(n >= 2 && n <= longest_path);
-    using W = wide_t<T>;
+    using W = weighing_t<T>;
     path_product<T> largest{1, longest_path * zero_exponent};
     int place = 0; // by its place, because -ffast-math lets the second sweep round otherwise
     const long long exponent =
@@ -454,7 +463,7 @@ MIS_HOST_DEVICE area_vertex<typename Vertex::scalar> area_densities(const Vertex
 template <class T, class Vertex>
 MIS_HOST_DEVICE void relative_densities(const technique_counts<T>& counts, const Vertex* path, int n,
                                         T* out) {
-    detail::for_each_relative(counts, path, n, [&](int index, const detail::wide_t<T>& q) {
+    detail::for_each_relative(counts, path, n, [&](int index, const detail::weighing_t<T>& q) {
         out[index] = q > T(0) ? detail::keep_positive(static_cast<T>(q)) : T(0);
     });
 }
@@ -464,7 +473,7 @@ MIS_HOST_DEVICE void relative_densities(const technique_counts<T>& counts, const
 template <class Heuristic, class T, class Vertex>
 MIS_HOST_DEVICE void weights(const Heuristic& heuristic, const technique_counts<T>& counts,
                              const Vertex* path, int n, T* out) {
-    using W = detail::wide_t<T>;
+    using W = detail::weighing_t<T>;
     W total = 0;
     detail::for_each_relative(counts, path, n, [&](int index, const W& q) {
         const W share = heuristic.share(q, W(1));
@@ -479,7 +488,7 @@ MIS_HOST_DEVICE void weights(const Heuristic& heuristic, const technique_counts<
 template <class Heuristic, class T, class Vertex>
 MIS_HOST_DEVICE T weight(const Heuristic& heuristic, const technique_counts<T>& counts, const Vertex* path,
                          int n, technique t) {
-    using W = detail::wide_t<T>;
+    using W = detail::weighing_t<T>;
     const int wanted = technique_index(n, t);
     W total = 0, own = 0;
     detail::for_each_relative(counts, path, n, [&](int index, const W& q) {
