@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Instructions of weights of two techniques and of complete paths: count_weights.sh weight_instructions. Fails if one
+# Instructions of weights of two techniques, of many, and of complete paths: count_weights.sh weight_instructions. Fails if one
 # costs more than it may, which is said for GCC 12 and the release preset's flags.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/callgrind.sh"
@@ -14,6 +14,12 @@ rows=( # function, at most, what it is
     "power_by_hand<double>|-|a² / (a² + b²), double"
     "power<double>|16|mis::power, double"
     "balance<double>|16|mis::balance, double"
+    "many<4, mis::balance|-|mis::balance, all weights of 4 techniques, float"
+    "many<64, mis::balance|-|of 64"
+    "many<4, mis::power|-|mis::power, of 4"
+    "many<64, mis::power|-|of 64"
+    "many<4, mis::maximum|-|mis::maximum, of 4"
+    "many<64, mis::maximum|-|of 64"
     "complete_path<mis::area_vertex<float> >|2500|all 15 weights of a path of 8, area densities"
     "complete_path<mis::measured_vertex<float> >|2800|all 15 weights of a path of 8, measured geometry"
 )

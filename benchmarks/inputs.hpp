@@ -16,10 +16,6 @@
 
 namespace inputs {
 
-struct edge {
-    float distance2, cos_in, cos_out, forward, reverse;
-};
-
 inline float positive(pcg32& rng) { return std::uniform_real_distribution<float>(0.1f, 2.0f)(rng); }
 
 inline std::vector<float> densities(int count) {
@@ -28,14 +24,6 @@ inline std::vector<float> densities(int count) {
     for (float& x : q)
         x = positive(rng);
     return q;
-}
-
-inline std::vector<edge> edges(int count) {
-    pcg32 rng(2);
-    std::vector<edge> e(static_cast<std::size_t>(count));
-    for (edge& x : e)
-        x = {positive(rng), positive(rng) / 2, positive(rng) / 2, positive(rng), positive(rng)};
-    return e;
 }
 
 // A path of n vertices from a pinhole to an area light, by its geometry.
