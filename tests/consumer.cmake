@@ -72,6 +72,11 @@ else()
     message(STATUS "No pkg-config: its file is not tested")
 endif()
 
+add_test(NAME consumer_single_header
+         COMMAND ${CMAKE_COMMAND} -D SCRIPT=${PROJECT_SOURCE_DIR}/cmake/single_header.cmake -D CXX=${CMAKE_CXX_COMPILER}
+                 -D FOLDER=${consumers}/single_header -D SOURCE=${CMAKE_CURRENT_SOURCE_DIR}/consumer/main.cpp -P
+                 ${CMAKE_CURRENT_SOURCE_DIR}/single_header.cmake)
+
 add_test(NAME uninstall COMMAND ${CMAKE_COMMAND} -D BUILD=${consumers}/install -D FOLDER=${consumers}/uninstall -P
                                 ${CMAKE_CURRENT_SOURCE_DIR}/uninstall.cmake)
 set_tests_properties(uninstall PROPERTIES FIXTURES_REQUIRED installed)
