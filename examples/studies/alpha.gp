@@ -11,6 +11,7 @@ set logscale xy
 set xrange [0.9:300]
 set yrange [0.004:0.05]
 set format y "%g"
+set ytics (0.005, 0.01, 0.02, 0.05)
 set xlabel "passes"
 set ylabel "RMS error"
 set key bottom left
@@ -24,6 +25,7 @@ unset logscale
 set xrange [0:1]
 set yrange [0:0.42]
 set format y "%.2f"
+set ytics autofreq
 set xlabel "α"
 set ylabel "rate: error falls as passes^{−rate}"
 set key bottom center
