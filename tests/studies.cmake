@@ -26,3 +26,12 @@ mis_test_study(direct --size=0,--samples=0,--tests=many,--cell=0,--seed=x
                --size 8 --tests 2 --cell 2 --report-only)
 mis_test_study(plates --size=3,--samples=12,--samples=many,--runs=1,--reference-samples=0,--threads=0,--seed=x
                --size 16 --runs 2 --reference-samples 128 --report-only)
+# Files that are no environments, and one that is.
+set(environments ${CMAKE_CURRENT_BINARY_DIR}/environments)
+set(heading "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n")
+file(WRITE ${environments}/good.hdr "${heading}ABC~CBA~")
+file(WRITE ${environments}/truncated.hdr "${heading}ABC~C")
+file(WRITE ${environments}/text.exr "no picture")
+mis_test_study(environment
+               --map=${environments}/no_such_file.exr,--map=${environments}/truncated.hdr,--map=${environments}/text.exr,--map=${environments},--samples=12,--threads=0
+               --map ${environments}/good.hdr --size 16 --runs 2 --reference-samples 128 --report-only)
