@@ -13,6 +13,7 @@ mis_test_study(bias --largest=0,--largest=many,--per-decade=-1,--repetitions=0,-
                --largest 10000 --per-decade 2 --repetitions 200)
 mis_test_study(gaussians --passes=0,--passes=many,--seed=x --passes 1000 --report-only)
 mis_test_study(low_variance --passes=0,--passes=many,--seed=x --passes 1000 --report-only)
+mis_test_study(area_light --steps=1,--steps=many,--passes=0,--seed=x --steps 6 --passes 5000)
 mis_test_study(zero_variance --walks=0,--walks=many,--longest=1,--seed=x --walks 5000 --longest 10)
 mis_test_study(scale --size=0,--scene=no_such_scene)
 mis_test_study(alpha --size=0,--passes=1,--repetitions=many,--radius=0,--seed=x
@@ -26,3 +27,12 @@ mis_test_study(direct --size=0,--samples=0,--tests=many,--cell=0,--seed=x
                --size 8 --tests 2 --cell 2 --report-only)
 mis_test_study(plates --size=3,--samples=12,--samples=many,--runs=1,--reference-samples=0,--threads=0,--seed=x
                --size 16 --runs 2 --reference-samples 128 --report-only)
+# Files that are no environments, and one that is.
+set(environments ${CMAKE_CURRENT_BINARY_DIR}/environments)
+set(heading "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n")
+file(WRITE ${environments}/good.hdr "${heading}ABC~CBA~")
+file(WRITE ${environments}/truncated.hdr "${heading}ABC~C")
+file(WRITE ${environments}/text.exr "no picture")
+mis_test_study(environment
+               --map=${environments}/no_such_file.exr,--map=${environments}/truncated.hdr,--map=${environments}/text.exr,--map=${environments},--samples=12,--threads=0
+               --map ${environments}/good.hdr --size 16 --runs 2 --reference-samples 128 --report-only)

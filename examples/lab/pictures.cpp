@@ -1,8 +1,4 @@
 #include "pictures.hpp"
-#include <ImfChannelList.h>
-#include <ImfFrameBuffer.h>
-#include <ImfHeader.h>
-#include <ImfInputFile.h>
 #include <algorithm>
 #include <cairo.h>
 #include <cmath>
@@ -29,36 +25,13 @@ void technique_film::add_arrays(std::vector<row_array>& arrays, int rows_of_tile
 }
 
 image read_exr(const std::string& file, int width) {
-    const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(width);
-    std::vector<float> data(3 * pixels);
-    bool fits = false;
-    try {
-        Imf::InputFile in(file.c_str());
-        const auto& window = in.header().dataWindow();
-        fits =
-            window.min.x == 0 && window.min.y == 0 && window.max.x == width - 1 && window.max.y == width - 1;
-        Imf::FrameBuffer buffer;
-        const char* const names[] = {"R", "G", "B"};
-        constexpr std::size_t stride = 3 * sizeof(float);
-        for (std::size_t channel = 0; channel < 3; ++channel) {
-            fits = fits && in.header().channels().findChannel(names[channel]);
-            buffer.insert(names[channel],
-                          Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(data.data() + channel), stride,
-                                     stride * static_cast<std::size_t>(width)));
-        }
-        if (fits) {
-            in.setFrameBuffer(buffer);
-            in.readPixels(0, width - 1);
-        }
-    } catch (const std::exception&) {
-        throw std::runtime_error("cannot read " + file + " as OpenEXR");
-    }
-    if (!fits)
+    const tools::rgb_image read = tools::read_exr(file);
+    if (read.width != width || read.height != width)
         throw std::runtime_error(file + " is not an RGB image of " + std::to_string(width) + " x " +
                                  std::to_string(width) + " pixels");
     image image{width, {}};
-    for (std::size_t i = 0; i < pixels; ++i)
-        image.pixels.emplace_back(data[3 * i], data[3 * i + 1], data[3 * i + 2]);
+    for (std::size_t i = 0; i < read.values.size(); i += 3)
+        image.pixels.emplace_back(read.values[i], read.values[i + 1], read.values[i + 2]);
     return image;
 }
 

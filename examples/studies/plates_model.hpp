@@ -3,23 +3,12 @@
 // and light sampling.
 #pragma once
 
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <glm/glm.hpp>
+#include "direct_image.hpp"
 #include <optional>
-#include <pcg_random.hpp>
-#include <random>
-#include <vector>
 
 namespace studies::plates {
 
-using glm::dvec3;
-
-constexpr double pi = 3.14159265358979323846;
-
-inline double sum_of(const dvec3& color) { return color.x + color.y + color.z; }
-inline double uniform(pcg32& rng) { return std::uniform_real_distribution<double>(0, 1)(rng); }
+using namespace direct_light;
 
 // ---- The scene ----
 
@@ -33,8 +22,7 @@ struct sphere {
 struct rectangle {
     dvec3 center, right, up, normal; // right and up: unit vectors along the edges
     double width, height;
-    double reflectance;
-    double roughness; // alpha of the GGX distribution; 0: diffuse
+    reflector paint;
 
     dvec3 to_local(const dvec3& v) const { return {dot(v, right), dot(v, up), dot(v, normal)}; }
     dvec3 to_world(const dvec3& v) const { return v.x * right + v.y * up + v.z * normal; }
@@ -49,9 +37,9 @@ struct scene {
 };
 
 inline rectangle make_rectangle(const dvec3& center, const dvec3& normal, double width, double height,
-                                double reflectance, double roughness) {
+                                const reflector& paint) {
     const dvec3 right(1, 0, 0);
-    return {center, right, cross(normal, right), normal, width, height, reflectance, roughness};
+    return {center, right, cross(normal, right), normal, width, height, paint};
 }
 
 inline scene make_scene() {
@@ -68,10 +56,10 @@ inline scene make_scene() {
         // In the middle of each plate the camera sees the mirror image of the lights' row.
         const dvec3 to_eye = normalize(s.eye - centers[i]), to_lights = normalize(-centers[i]);
         s.rectangles.push_back(
-            make_rectangle(centers[i], normalize(to_eye + to_lights), 8, 1, 0.8, roughness[i]));
+            make_rectangle(centers[i], normalize(to_eye + to_lights), 8, 1, {0.8, roughness[i]}));
     }
-    s.rectangles.push_back(make_rectangle({0, -4.15, 0}, {0, 1, 0}, 40, 40, 0.25, 0));
-    s.rectangles.push_back(make_rectangle({0, 0, -2}, {0, 0, 1}, 40, 40, 0.25, 0));
+    s.rectangles.push_back(make_rectangle({0, -4.15, 0}, {0, 1, 0}, 40, 40, {0.25, 0}));
+    s.rectangles.push_back(make_rectangle({0, 0, -2}, {0, 0, 1}, 40, 40, {0.25, 0}));
     s.forward = normalize(dvec3(0, -1.95, 2.5) - s.eye);
     s.right = normalize(cross(s.forward, dvec3(0, 1, 0)));
     s.up = cross(s.right, s.forward);
@@ -107,54 +95,6 @@ inline hit intersect(const scene& s, const dvec3& origin, const dvec3& direction
     return h;
 }
 
-// ---- Reflection: directions are local, z is the normal ----
-
-// The GGX distribution of microfacets: E. Heitz, "Understanding the Masking-Shadowing Function", 2014, and
-// "Sampling the GGX Distribution of Visible Normals", 2018.
-inline double facets(const dvec3& h, double alpha) {
-    const double square = alpha * alpha, x = square * h.z * h.z + h.x * h.x + h.y * h.y;
-    return square / (pi * x * x);
-}
-inline double masking(const dvec3& v, double alpha) { // Lambda
-    return (std::sqrt(1 + alpha * alpha * (v.x * v.x + v.y * v.y) / (v.z * v.z)) - 1) / 2;
-}
-
-// The BSDF times the cosine.
-inline double reflected(const rectangle& r, const dvec3& from, const dvec3& to) {
-    if (!(from.z > 0 && to.z > 0))
-        return 0;
-    if (r.roughness == 0)
-        return r.reflectance * to.z / pi;
-    const double shadowing = 1 / (1 + masking(from, r.roughness) + masking(to, r.roughness));
-    return r.reflectance * facets(normalize(from + to), r.roughness) * shadowing / (4 * from.z);
-}
-
-inline double bsdf_density(const rectangle& r, const dvec3& from, const dvec3& to) {
-    if (!(from.z > 0 && to.z > 0))
-        return 0;
-    if (r.roughness == 0)
-        return to.z / pi;
-    return facets(normalize(from + to), r.roughness) / (4 * from.z * (1 + masking(from, r.roughness)));
-}
-
-// May lie below the surface.
-inline dvec3 sample_bsdf(const rectangle& r, const dvec3& from, pcg32& rng) {
-    const double radius = std::sqrt(uniform(rng)), angle = 2 * pi * uniform(rng);
-    const double x = radius * std::cos(angle), y = radius * std::sin(angle);
-    if (r.roughness == 0)
-        return {x, y, std::sqrt(1 - radius * radius)};
-    // A visible normal: a point of the hemisphere's projection along `from`, all stretched to roughness 1.
-    const dvec3 stretched = normalize(dvec3(r.roughness * from.x, r.roughness * from.y, from.z));
-    const double beside = std::hypot(stretched.x, stretched.y);
-    const dvec3 side = beside > 0 ? dvec3(-stretched.y, stretched.x, 0) / beside : dvec3(1, 0, 0);
-    const double visible = (1 + stretched.z) / 2;
-    const double moved = (1 - visible) * std::sqrt(1 - x * x) + visible * y;
-    const dvec3 n = x * side + moved * cross(stretched, side) +
-                    std::sqrt(std::max(0.0, 1 - x * x - moved * moved)) * stretched;
-    const dvec3 h = normalize(dvec3(r.roughness * n.x, r.roughness * n.y, std::max(0.0, n.z)));
-    return 2 * dot(from, h) * h - from;
-}
-
 // ---- Techniques ----
 
 // What a pixel's center shows, if that is a surface.
@@ -184,15 +124,6 @@ inline seen_points look(const scene& s, int width, int height) {
     return all;
 }
 
-enum technique : std::size_t { bsdf, light };
-using pair = std::array<double, 2>; // of both techniques
-
-struct draw {
-    dvec3 f{0};             // 0 where no light was found
-    pair p{};               // densities per solid angle
-    std::size_t source = 0; // the light
-};
-
 // 1 - cos of the angle that a sphere's radius fills.
 inline double opening(const sphere& l, const dvec3& from) {
     const dvec3 edge = l.center - from;
@@ -200,7 +131,8 @@ inline double opening(const sphere& l, const dvec3& from) {
     return square / (1 + std::sqrt(1 - square));
 }
 
-// The light that is first in a direction; the densities with which both techniques find it there.
+// The light that is first in a direction; the densities with which both techniques find it there. None: what
+// a draw finds has left the domain.
 inline draw follow(const scene& s, const seen_point& at, const dvec3& to,
                    std::optional<std::size_t> wanted = {}) {
     const rectangle& r = s.rectangles[at.rectangle];
@@ -209,23 +141,19 @@ inline draw follow(const scene& s, const seen_point& at, const dvec3& to,
         return {};
     const sphere& l = s.lights[*h.light];
     const double in_cone = 1 / (2 * pi * opening(l, at.position));
-    return {l.radiance * reflected(r, at.from, to),
-            {bsdf_density(r, at.from, to), in_cone / double(light_count)},
+    return {l.radiance * reflected(r.paint, at.from, to),
+            {bsdf_density(r.paint, at.from, to), in_cone / double(light_count)},
             *h.light};
 }
 
 inline draw draw_bsdf(const scene& s, const seen_point& at, pcg32& rng) {
-    return follow(s, at, sample_bsdf(s.rectangles[at.rectangle], at.from, rng));
+    return follow(s, at, sample_bsdf(s.rectangles[at.rectangle].paint, at.from, rng));
 }
 
 inline draw draw_light(const scene& s, const seen_point& at, std::size_t which, pcg32& rng) {
     const sphere& l = s.lights[which];
-    const dvec3 axis = normalize(l.center - at.position);
-    const dvec3 side = normalize(cross(axis, std::abs(axis.x) < 0.5 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
-    const double below_1 = opening(l, at.position) * uniform(rng), angle = 2 * pi * uniform(rng);
-    const double sine = std::sqrt(below_1 * (2 - below_1));
     const dvec3 direction =
-        (1 - below_1) * axis + sine * (std::cos(angle) * side + std::sin(angle) * cross(axis, side));
+        around(normalize(l.center - at.position), opening(l, at.position) * uniform(rng), rng);
     return follow(s, at, s.rectangles[at.rectangle].to_local(direction), which);
 }
 
