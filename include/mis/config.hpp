@@ -107,6 +107,18 @@ template <class T> struct limits {
     static constexpr scalar saturation = largest / 16;
 };
 
+// False for NaN and infinity, which are told by their bits where a compiler assumes that there are none.
+template <class T> MIS_HOST_DEVICE constexpr bool is_finite(T x) {
+#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
+    if constexpr (std::is_same_v<T, float> || std::is_same_v<T, double>) {
+        using bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
+        constexpr bits exponent = __builtin_bit_cast(bits, limits<T>::infinity);
+        return (__builtin_bit_cast(bits, x) & exponent) != exponent;
+    }
+#endif
+    return absolute(x) <= T(limits<T>::largest);
+}
+
 // min(a, saturation), also for +infinity and NaN.
 template <class T> MIS_HOST_DEVICE constexpr T saturate(T a) { return smaller(a, T(limits<T>::saturation)); }
 

@@ -52,17 +52,6 @@ template <class T> MIS_HOST_DEVICE constexpr weight_window<T> window_of_size(T s
 
 namespace detail {
 
-// False for NaN and infinity, which are told by their bits where a compiler assumes that there are none.
-template <class T> MIS_HOST_DEVICE constexpr bool is_finite(T x) {
-#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
-    if constexpr (std::is_same_v<T, float> || std::is_same_v<T, double>) {
-        using bits = std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>;
-        constexpr bits exponent = __builtin_bit_cast(bits, limits<T>::infinity);
-        return (__builtin_bit_cast(bits, x) & exponent) != exponent;
-    }
-#endif
-    return absolute(x) <= T(limits<T>::largest);
-}
 template <class... T> MIS_HOST_DEVICE constexpr bool are_finite(T... x) { return (is_finite(x) && ...); }
 
 // |x|, 0 or in a range in which products and quotients of four numbers are finite and positive in any order.
