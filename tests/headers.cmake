@@ -10,7 +10,7 @@ foreach(header IN LISTS headers)
 endforeach()
 
 # These alone are shown where Eigen is, so that all others are seen to need nothing.
-set(headers_that_need_eigen mis/optimal.hpp mis/optimal/solve.hpp mis/optimal/film.hpp)
+set(headers_that_need_eigen mis/optimal.hpp mis/optimal/allocation.hpp mis/optimal/film.hpp mis/optimal/solve.hpp)
 get_target_property(eigen_folders Eigen3::Eigen INTERFACE_INCLUDE_DIRECTORIES)
 foreach(header IN LISTS headers_that_need_eigen)
     set_source_files_properties(${folder}/${header}.cpp PROPERTIES COMPILE_OPTIONS "-isystem;${eigen_folders}")

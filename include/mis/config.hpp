@@ -117,6 +117,15 @@ template <class T> struct limits {
     static constexpr scalar saturation = largest / 16;
 };
 
+// False for NaN and infinity, which are told by their bits where a compiler assumes that there are none.
+template <class T> MIS_HOST_DEVICE constexpr bool is_finite(T x) {
+    if constexpr (!compares_nan && has_bits<T>) {
+        constexpr auto exponent = __builtin_bit_cast(bits_t<T>, limits<T>::infinity);
+        return (__builtin_bit_cast(bits_t<T>, x) & exponent) != exponent;
+    }
+    return absolute(x) <= T(limits<T>::largest);
+}
+
 // min(a, saturation), also for +infinity and NaN.
 template <class T> MIS_HOST_DEVICE constexpr T saturate(T a) { return smaller(a, T(limits<T>::saturation)); }
 

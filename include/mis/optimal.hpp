@@ -4,6 +4,7 @@
 // Eigen.
 #pragma once
 
+#include <mis/optimal/allocation.hpp>
 #include <mis/optimal/estimator.hpp>
 #include <mis/optimal/film.hpp>
 #include <mis/optimal/solve.hpp>

@@ -52,14 +52,6 @@ template <class T> MIS_HOST_DEVICE constexpr weight_window<T> window_of_size(T s
 
 namespace detail {
 
-// False for NaN and infinity, which are told by their bits where a compiler assumes that there are none.
-template <class T> MIS_HOST_DEVICE constexpr bool is_finite(T x) {
-    if constexpr (!compares_nan && has_bits<T>) {
-        constexpr auto exponent = __builtin_bit_cast(bits_t<T>, limits<T>::infinity);
-        return (__builtin_bit_cast(bits_t<T>, x) & exponent) != exponent;
-    }
-    return absolute(x) <= T(limits<T>::largest);
-}
 template <class... T> MIS_HOST_DEVICE constexpr bool are_finite(T... x) { return (is_finite(x) && ...); }
 
 // |x|, 0 or in a range in which products and quotients of four numbers are finite and positive in any order.
