@@ -15,14 +15,18 @@ template <class Real> struct algorithm {
 
 // By name, with the merges of the first pass' radius. Camera walks are traced anew in every pass. Photon
 // mapping as it was first published merges once, at the first vertex that is no mirror or glass: ppm. All
-// others merge at every vertex where both walks can arrive, [H] 4.2 and 4.4.
+// others merge at every vertex where both walks can arrive, [H] 4.2 and 4.4. In media (media_options.hpp)
+// upbp also merges by points and beams; the four families' names are photon mapping with each.
 template <class Real> std::map<std::string, algorithm<Real>> algorithms(Real light_walks, Real merge_radius) {
     const algorithm<Real> pt{mis::path_tracing<Real>()}, pt_nee{mis::path_tracing_next_event<Real>()},
         lt{mis::light_tracing(light_walks)}, bpt{mis::bidirectional(light_walks)},
         bpm{mis::photon_mapping(light_walks, merge_radius)}, ppm{bpm.counts, true, true},
         sppm{bpm.counts, true}, ups{mis::connection_and_merging(light_walks, merge_radius), true};
-    return {{"pt", pt},     {"pt-nee", pt_nee}, {"lt", lt},   {"bpt", bpt}, {"ppm", ppm},
-            {"sppm", sppm}, {"bpm", bpm},       {"ups", ups}, {"vcm", ups}};
+    return {{"pt", pt},           {"pt-nee", pt_nee},    {"lt", lt},
+            {"bpt", bpt},         {"ppm", ppm},          {"sppm", sppm},
+            {"bpm", bpm},         {"ups", ups},          {"vcm", ups},
+            {"upbp", ups},        {"point-point", sppm}, {"point-beam", sppm},
+            {"beam-point", sppm}, {"beam-beam", sppm}};
 }
 
 // Without connections to light walks of two vertices and more, at the camera as elsewhere: next events, light

@@ -2,7 +2,7 @@
 // geometric normal sees the two directions on different sides.
 #pragma once
 
-#include "sampling.hpp"
+#include "medium.hpp"
 
 namespace bpt {
 
@@ -22,10 +22,12 @@ Real lobe_cosine(const surface_point<Real>& x, const vec3<Real>& from, const vec
     return dot(2 * dot(x.shading_normal, from) * x.shading_normal - from, to);
 }
 
-// f, without a cosine. Black for Dirac materials.
+// f, without a cosine. Black for Dirac materials. Phase functions' is per length.
 template <class Real>
 color<Real> evaluate(const material<Real>& m, const surface_point<Real>& x, const vec3<Real>& from,
                      const vec3<Real>& to) {
+    if (m.kind == material_kind::phase)
+        return m.diffuse * phase_density(m.exponent, -dot(from, to));
     if (is_dirac(m) || !can_reflect(x, from, to))
         return color<Real>(0);
     const Real cosine = lobe_cosine(x, from, to);
@@ -46,6 +48,8 @@ Real density(const material<Real>& m, const surface_point<Real>& x, const vec3<R
              const vec3<Real>& to) {
     if (is_dirac(m))
         return Real(0);
+    if (m.kind == material_kind::phase)
+        return m.survival * phase_density(m.exponent, -dot(from, to));
     const Real side = dot(x.shading_normal, from) > Real(0) ? Real(1) : Real(-1);
     const Real diffuse = std::max(Real(0), side * dot(x.shading_normal, to)) / pi<Real>;
     const Real share = diffuse_share(m);
@@ -56,6 +60,8 @@ Real density(const material<Real>& m, const surface_point<Real>& x, const vec3<R
 // A direction with that density, given that the walk survives.
 template <class Real>
 vec3<Real> sample(const material<Real>& m, const surface_point<Real>& x, const vec3<Real>& from, pcg32& rng) {
+    if (m.kind == material_kind::phase)
+        return sample_phase(m.exponent, -from, rng);
     const vec3<Real> normal = dot(x.shading_normal, from) > Real(0) ? x.shading_normal : -x.shading_normal;
     if (uniform<Real>(rng) < diffuse_share(m))
         return sample_lobe(normal, Real(1), rng);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "algorithms.hpp"
+#include "media_options.hpp"
 #include "render.hpp"
 #include <tools/program.hpp>
 
@@ -15,6 +16,7 @@ struct options {
     double beta = 2, radius = 0.01, radius_alpha = 2.0 / 3; // [H] 20 - 23
     unsigned seed = 1;
     bool random_connection = false, one_light_vertex = false;
+    media_options media;
 };
 
 inline void add_options(CLI::App& app, options& o) {
@@ -23,7 +25,8 @@ inline void add_options(CLI::App& app, options& o) {
         return Range(std::numeric_limits<double>::min(), most) & tools::is_number;
     };
     std::vector<std::string> scenes = scene_names();
-    scenes.insert(scenes.end(), study_scene_names().begin(), study_scene_names().end());
+    for (const auto* more : {&study_scene_names(), &media_scene_names()})
+        scenes.insert(scenes.end(), more->begin(), more->end());
     scenes.push_back("all");
     app.add_option("--scene", o.scenes, "by name, or all that show what the renderer can do")
         ->check(CLI::IsMember(scenes));
@@ -46,6 +49,7 @@ inline void add_options(CLI::App& app, options& o) {
     app.add_option("--max-vertices", o.longest, "of a path in all")->check(Range(2, longest_path));
     app.add_option("--threads", o.threads, "the image is the same for any number")->check(Range(1, 1024));
     app.add_option("--seed", o.seed, "of the random numbers");
+    add_media_options(app, o.media);
 }
 
 // The options as settings for a scene. Throws std::runtime_error where no technique is left.
@@ -67,6 +71,8 @@ template <class Real> settings<Real> settings_of(const options& o, const scene<R
     set.merges_once = algorithm.merges_once;
     set.radius_alpha = algorithm.is_progressive ? static_cast<Real>(o.radius_alpha) : Real(1);
     set.random_connection = o.random_connection;
+    set.media = media_merges_of(o.algorithm, algorithm.counts.merge > Real(0), o.media, o.radius,
+                                scene.radius, light_walks);
     return set;
 }
 

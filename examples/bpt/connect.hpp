@@ -15,6 +15,7 @@ template <class Real> struct contribution {
     int pixel = 0;
     color<Real> value{0};
     Real weight = 0;
+    mis::merge_family family{}; // of a merge in a medium
 };
 
 // The vertices of a complete path: x_0 ... x_{s-1} of a camera walk, and a light walk's in the other
@@ -43,21 +44,6 @@ template <class Real, class Weights> struct sample_pair {
     walk<Real> camera, light;
 };
 
-// The end of a walk, once an edge across to the other walk has been chosen for it.
-template <class Real> mis::subpath_end<Real> end_towards(const vertex<Real>& x, const vec3<Real>& across) {
-    const mis::cosine cosine{geometric_cosine(x, across)};
-    const mis::pdf_forward forward{density(*x.material, x.point, x.towards_previous, across)};
-    const mis::pdf_reverse reverse{density(*x.material, x.point, across, x.towards_previous)};
-    return {x.state, cosine, forward, reverse};
-}
-
-// Whether nothing is between a point and a vertex, which may be at infinity.
-template <class Real>
-bool sees(const scene<Real>& scene, const vec3<Real>& from, const vertex<Real>& to,
-          const vec3<Real>& towards) {
-    return is_visible(scene, from, is_infinite(to) ? from + 3 * scene.radius * towards : to.point.position);
-}
-
 // s >= 2: the camera walk has hit a light.
 template <class Real, class Weights, class Sink>
 void light_hit(const sample_pair<Real, Weights>& pair, Sink&& sink) {
@@ -79,16 +65,20 @@ void next_event(const sample_pair<Real, Weights>& pair, int s, pcg32& rng, Sink&
     const Real lobe_share = pair.scene.lights[static_cast<std::size_t>(i)].lobe_share_next_event;
     const vertex<Real>& x = pair.camera[static_cast<std::size_t>(s - 1)];
     const vertex<Real> y = sample_light_point(pair.scene, i, lobe_share, rng);
-    const vec3<Real> to_light = direction(x, y);
-    const color<Real> f = scattered(x, to_light, walk_kind::from_camera);
-    const color<Real> radiance = emitted(pair.scene, y, -to_light);
-    if (f * radiance == color<Real>(0) || !sees(pair.scene, x.point.position, y, to_light))
+    const vec3<Real> across = direction(x, y);
+    const color<Real> f = scattered(x, across, walk_kind::from_camera);
+    const color<Real> radiance = emitted(pair.scene, y, -across);
+    const auto edge = f * radiance == color<Real>(0) ? std::nullopt : between(pair.scene, x, y, across);
+    if (!edge)
         return;
-    const mis::end_point<Real> light = light_end_point(pair.scene, y, -to_light);
+    const mis::end_point<Real> light = light_end_point(pair.scene, y, -across);
     const mis::squared_distance distance2{squared_distance(x, y)};
     const Real samples = pair.weigh.counts.next_event * light.next_event.value;
-    const color<Real> value = x.throughput * f * radiance * (light.cos.value / (distance2.value * samples));
-    const Real weight = pair.weigh.next_event(end_towards(x, to_light), light, distance2);
+    const color<Real> value =
+        x.throughput * f * radiance * edge->transmittance * (light.cos.value / (distance2.value * samples));
+    const Real weight =
+        pair.weigh.next_event(end_towards(pair.weigh, walk_kind::from_camera, x, across, *edge), light,
+                              distance2, to_light(*edge, y), to_camera(*edge, x));
     sink({{mis::technique_kind::next_event, s}, s + 1, pair.pixel, value, weight},
          {pair.camera.data(), s, &y, 1});
 }
@@ -98,14 +88,18 @@ template <class Real, class Weights, class Sink>
 void connection(const sample_pair<Real, Weights>& pair, int s, int t, Sink&& sink) {
     const vertex<Real>& x = pair.camera[static_cast<std::size_t>(s - 1)];
     const vertex<Real>& y = pair.light[static_cast<std::size_t>(t - 1)];
-    const vec3<Real> to_light = direction(x, y);
+    const vec3<Real> across = direction(x, y);
     const color<Real> f =
-        scattered(x, to_light, walk_kind::from_camera) * scattered(y, -to_light, walk_kind::from_light);
-    if (f == color<Real>(0) || !is_visible(pair.scene, x.point.position, y.point.position))
+        scattered(x, across, walk_kind::from_camera) * scattered(y, -across, walk_kind::from_light);
+    const auto edge = f == color<Real>(0) ? std::nullopt : between(pair.scene, x, y, across);
+    if (!edge)
         return;
     const mis::squared_distance distance2{squared_distance(x, y)};
-    const color<Real> value = x.throughput * f * y.throughput / distance2.value;
-    const Real weight = pair.weigh.connection(end_towards(x, to_light), end_towards(y, -to_light), distance2);
+    const color<Real> value = x.throughput * f * y.throughput * edge->transmittance / distance2.value;
+    const Real weight =
+        pair.weigh.connection(end_towards(pair.weigh, walk_kind::from_camera, x, across, *edge),
+                              end_towards(pair.weigh, walk_kind::from_light, y, -across, reversed(*edge)),
+                              distance2, to_light(*edge, y), to_camera(*edge, x));
     sink({{mis::technique_kind::connection, s}, s + t, pair.pixel, value, weight},
          {pair.camera.data(), s, pair.light.data(), t});
 }
@@ -114,7 +108,8 @@ void connection(const sample_pair<Real, Weights>& pair, int s, int t, Sink&& sin
 template <class Real, class Weights, class Sink>
 void camera_connection(const sample_pair<Real, Weights>& pair, int t, pcg32& rng, Sink&& sink) {
     const auto& [scene, weigh, width, own_pixel, longest, camera, light] = pair;
-    const vertex<Real> lens = sample_lens(scene.camera, rng);
+    vertex<Real> lens = sample_lens(scene.camera, rng);
+    lens.medium = scene.medium;
     const vertex<Real>& y = light[static_cast<std::size_t>(t - 1)];
     const vec3<Real> leaving = direction(lens, y);
     const int pixel = pixel_of(scene.camera, lens, leaving, width);
@@ -130,25 +125,28 @@ void camera_connection(const sample_pair<Real, Weights>& pair, int t, pcg32& rng
         const mis::end_point<Real> light_end = light_end_point(scene, y, -leaving);
         color<Real> f = emitted(scene, y, -leaving);
         f *= light_end.cos.value / light_end.position.value;
-        if (f == color<Real>(0) || !sees(scene, lens.point.position, y, leaving))
-            return;
-        sink({{mis::technique_kind::direct, 1},
-              2,
-              pixel,
-              f * response / weigh.counts.direct,
-              weigh.direct(lens_end, light_end, distance2)},
-             path);
+        const auto edge = f == color<Real>(0) ? std::nullopt : between(scene, lens, y, leaving);
+        if (edge)
+            sink({{mis::technique_kind::direct, 1},
+                  2,
+                  pixel,
+                  f * edge->transmittance * response / weigh.counts.direct,
+                  weigh.direct(lens_end, light_end, distance2, to_light(*edge, y), to_camera(*edge, lens))},
+                 path);
         return;
     }
     const color<Real> f = y.throughput * scattered(y, -leaving, walk_kind::from_light);
-    if (f == color<Real>(0) || !sees(scene, lens.point.position, y, leaving))
+    const auto edge = f == color<Real>(0) ? std::nullopt : between(scene, lens, y, leaving);
+    if (!edge)
         return;
-    sink({{mis::technique_kind::camera_connection, 1},
-          t + 1,
-          pixel,
-          f * response / weigh.counts.camera_connection,
-          weigh.camera_connection(lens_end, end_towards(y, -leaving), distance2)},
-         path);
+    const auto light_end = end_towards(weigh, walk_kind::from_light, y, -leaving, reversed(*edge));
+    sink(
+        {{mis::technique_kind::camera_connection, 1},
+         t + 1,
+         pixel,
+         f * edge->transmittance * response / weigh.counts.camera_connection,
+         weigh.camera_connection(lens_end, light_end, distance2, to_light(*edge, y), to_camera(*edge, lens))},
+        path);
 }
 
 // All techniques that are switched on, on all vertices: sink(contribution, complete path). With `random`,

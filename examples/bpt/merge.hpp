@@ -3,6 +3,7 @@
 
 #include "connect.hpp"
 #include <cstdint>
+#include <memory>
 #include <nanoflann.hpp>
 
 namespace bpt {
@@ -22,23 +23,38 @@ template <class Real> struct photon {
     Real survival;
     std::uint32_t walk; // its number, which is its pixel
     int vertices;       // of the walk, up to here
+    int medium;         // through which it has come, or none
+    Real beam;          // X, of vertices in media
 };
 static_assert(sizeof(photon<float>) <= 64, "memory is what limits photon maps");
 
+template <class Real> photon<Real> photon_at(const vertex<Real>& x, std::uint32_t walk, int vertices) {
+    return {x.point.position,
+            x.towards_previous,
+            x.throughput * adjoint_factor(x),
+            x.state,
+            x.material->survival,
+            walk,
+            vertices,
+            x.medium,
+            x.beam};
+}
+
+// Those of a walk on surfaces, or in media.
 template <class Real>
-void add_photons(const walk<Real>& walk, std::size_t number, std::vector<photon<Real>>& photons) {
-    for (std::size_t k = 1; k < walk.size(); ++k) {
-        const vertex<Real>& x = walk[k];
-        if (can_join(x))
-            photons.push_back({x.point.position, x.towards_previous, x.throughput * adjoint_factor(x),
-                               x.state, x.material->survival, static_cast<std::uint32_t>(number),
-                               static_cast<int>(k) + 1});
-    }
+void add_photons(const walk<Real>& walk, std::size_t number, std::vector<photon<Real>>& photons,
+                 bool in_media = false) {
+    for (std::size_t k = 1; k < walk.size(); ++k)
+        if (can_join(walk[k]) && is_in_medium(walk[k]) == in_media)
+            photons.push_back(
+                photon_at(walk[k], static_cast<std::uint32_t>(number), static_cast<int>(k) + 1));
 }
 
 // A k-d tree over the photons of one pass.
+template <class Real> struct media_map;
 template <class Real> struct photon_map {
     std::vector<photon<Real>> photons;
+    std::shared_ptr<const media_map<Real>> media; // what is merged in media, or none
     nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<Real, photon_map>, photon_map, 3> tree;
 
     explicit photon_map(std::vector<photon<Real>> all) : photons(std::move(all)), tree(3, *this) {}
@@ -86,10 +102,11 @@ void merge(const sample_pair<Real, Weights>& pair, int s, const photon<Real>& ph
     const color<Real> f = evaluate(*x.material, x.point, x.towards_previous, to_light);
     if (f == color<Real>(0))
         return;
-    const Real samples = pair.weigh.counts.merge; // light walks times pi r^2: a density estimate
+    const Real samples = pair.weigh.surface_samples(); // light walks times pi r^2: a density estimate
     const color<Real> value = x.throughput * f * photon.throughput / samples;
-    const Real weight = pair.weigh.merge(x.state, photon.state, merge_density_to_light(x, to_light),
-                                         merge_density_to_camera(x, to_light, photon.survival));
+    const Real weight =
+        pair.weigh.merge(x.state, photon.state, merge_density_to_light(x, to_light),
+                         merge_density_to_camera(x, to_light, photon.survival), pair.weigh.surface_factor);
     const int t = photon.vertices - 1; // without the photon, which stands for x
     sink({{mis::technique_kind::merge, s}, s + t, pair.pixel, value, weight},
          {pair.camera.data(), s, nullptr, t, &photon});
@@ -101,7 +118,7 @@ void merge_all(const sample_pair<Real, Weights>& pair, const photon_map<Real>& m
                Sink&& sink) {
     for (int s = 2; s <= static_cast<int>(pair.camera.size()); ++s) {
         const vertex<Real>& end = pair.camera[static_cast<std::size_t>(s - 1)];
-        if (!can_join(end))
+        if (!can_join(end) || is_in_medium(end))
             continue;
         for_each_near(map, end.point.position, radius, [&](const photon<Real>& photon) {
             if (s + photon.vertices - 1 <= pair.longest)

@@ -3,9 +3,7 @@
 #pragma once
 
 #include "film.hpp"
-#include "merge.hpp"
-#include <atomic>
-#include <thread>
+#include "merge_media.hpp"
 
 namespace bpt {
 
@@ -20,24 +18,13 @@ template <class Real> struct settings {
     Real radius_alpha = 1;              // of mis::progressive_radius; 1: the radius stays
     bool merges_once = false;           // each camera walk ends where it can first be merged; weights are 1
     bool random_connection = false;
+    media_merges<Real> media; // of the first pass
 };
-
-// Calls f(i) for 0 <= i < count on several threads.
-template <class F> void in_parallel(int threads, int count, F&& f) {
-    std::atomic<int> next{0};
-    std::vector<std::thread> pool;
-    for (int i = 0; i < std::max(1, threads); ++i)
-        pool.emplace_back([&] {
-            for (int k; (k = next++) < count;)
-                f(k);
-        });
-    for (auto& thread : pool)
-        thread.join();
-}
 
 // The renderer with all that stays the same from sample to sample. Heuristic: the library's or one's own.
 template <class Real, class Heuristic = mis::balance_heuristic> struct renderer {
-    using path_weights = mis::path_weights<Heuristic, Real>;
+    using scalar = Real;
+    using path_weights = weights_with_media<Heuristic, Real>;
 
     const bpt::scene<Real>& scene;
     settings<Real> set;
@@ -52,18 +39,21 @@ template <class Real, class Heuristic = mis::balance_heuristic> struct renderer 
     }
 
     path_weights make_weights() const {
-        return {weigh.heuristic,
-                set.random_connection
-                    ? mis::random_connection(set.counts, static_cast<Real>(mean_light_vertices))
-                    : set.counts};
+        const auto counts = set.random_connection
+                                ? mis::random_connection(set.counts, static_cast<Real>(mean_light_vertices))
+                                : set.counts;
+        return has_media(scene) ? path_weights(weigh.heuristic, counts, set.media)
+                                : path_weights(weigh.heuristic, counts);
     }
 
-    // The renderer of one pass: with the pass' radius, and with the weights that follow from it.
+    // The renderer of one pass: with the pass' radii, and with the weights that follow from them.
     renderer at_pass(int pass) const {
         renderer there = *this;
         const Real shrunk = mis::progressive_radius(Real(1), pass + 1, set.radius_alpha);
         there.set.merge_radius *= shrunk;
         there.set.counts.merge *= shrunk * shrunk;
+        if (set.radius_alpha != Real(1))
+            there.set.media = at_iteration(set.media, pass + 1);
         there.weigh = there.make_weights();
         return there;
     }
@@ -75,38 +65,15 @@ template <class Real, class Heuristic = mis::balance_heuristic> struct renderer 
     int longest_camera_walk() const { return std::min(set.longest, set.counts.max_camera_vertices); }
     int longest_light_walk() const { return std::min(set.longest - 1, set.counts.max_light_vertices); }
 
-    bool merges() const { return weigh.counts.merge > Real(0); }
+    bool merges() const { return set.counts.merge > Real(0) || (has_media(scene) && set.media.any()); }
 
     // The light walk of a pixel where walks merge, by a generator that the camera walks do not use: the same
     // whenever it is traced.
     void trace_light_walk(int pass, std::size_t pixel, walk<Real>& walk) const {
         const auto width = static_cast<std::size_t>(set.width);
         pcg32 rng = generator(static_cast<std::uint64_t>(pass), width * width + pixel);
+        walk.leaves_beams = leaves_beams(set.media, pixel);
         walk_from_light(scene, weigh, longest_light_walk(), walk, rng);
-    }
-
-    // The photons of all pixels' light walks.
-    std::vector<photon<Real>> trace_photons(int pass) const {
-        const auto width = static_cast<std::size_t>(set.width);
-        std::vector<std::vector<photon<Real>>> rows(width);
-        in_parallel(set.threads, set.width, [&](int row) {
-            const std::size_t first = static_cast<std::size_t>(row) * width;
-            walk<Real> light;
-            for (std::size_t pixel = first; pixel < first + width; ++pixel) {
-                trace_light_walk(pass, pixel, light);
-                add_photons(light, pixel, rows[static_cast<std::size_t>(row)]);
-            }
-        });
-        std::size_t count = 0;
-        for (const auto& row : rows)
-            count += row.size();
-        std::vector<photon<Real>> all;
-        all.reserve(count);
-        for (auto& row : rows) {
-            all.insert(all.end(), row.begin(), row.end());
-            row = {};
-        }
-        return all;
     }
 
     // From walks of their own: weights must not depend on the walk that is weighed.
@@ -131,7 +98,7 @@ template <class Real, class Heuristic = mis::balance_heuristic> struct renderer 
         const auto& counts = weigh.counts;
         const bool from_light = counts.connection + counts.camera_connection + counts.direct > Real(0);
         const bool from_camera =
-            counts.light_hit + counts.next_event + counts.connection + counts.merge > Real(0);
+            counts.light_hit + counts.next_event + counts.connection > Real(0) || merges();
         const auto weighed = [&](contribution<Real> c, const complete_path<Real>& path) {
             if (set.merges_once) // no path is made in two ways
                 c.weight = 1;
@@ -145,6 +112,7 @@ template <class Real, class Heuristic = mis::balance_heuristic> struct renderer 
             const Real to_film = 2 / static_cast<Real>(set.width);
             pair.camera.clear();
             pair.light.clear();
+            pair.camera.leaves_beams = photons && photons->media && set.media.needs_camera_beams();
             if (from_camera)
                 walk_from_camera(scene, weigh, set.width, x * to_film - 1, 1 - y * to_film,
                                  {longest_camera_walk(), set.merges_once}, pair.camera, rng);
@@ -155,6 +123,8 @@ template <class Real, class Heuristic = mis::balance_heuristic> struct renderer 
             connect_all(pair, set.random_connection, rng, weighed);
             if (photons)
                 merge_all(pair, *photons, set.merge_radius, weighed);
+            if (photons && photons->media)
+                merge_all_in_media(pair, *photons->media, weighed);
         }
     }
 };
@@ -164,8 +134,12 @@ template <class Real, class Heuristic, class Row>
 void render_pass(const renderer<Real, Heuristic>& first, int pass, Row&& row) {
     const renderer<Real, Heuristic> renderer = first.at_pass(pass);
     std::optional<photon_map<Real>> photons;
-    if (renderer.merges())
-        photons.emplace(renderer.trace_photons(pass));
+    if (renderer.merges()) {
+        auto left = trace_all_light_walks(renderer, pass);
+        photons.emplace(concatenated(left, &left_by_light<Real>::photons));
+        if (has_media(renderer.scene))
+            photons->media = make_media_map(left, renderer.set.media);
+    }
     in_parallel(renderer.set.threads, renderer.set.width,
                 [&](int i) { row(renderer, photons ? &*photons : nullptr, i); });
 }

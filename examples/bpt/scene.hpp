@@ -15,15 +15,16 @@ namespace bpt {
 template <class Real> using vec3 = glm::vec<3, Real>;
 template <class Real> using color = glm::vec<3, Real>;
 
-enum class material_kind { diffuse, glossy, mirror, glass };
+enum class material_kind { diffuse, glossy, mirror, glass, boundary, phase }; // the last two: of media
 
 template <class Real> struct material {
     material_kind kind = material_kind::diffuse;
-    color<Real> diffuse{0};  // diffuse albedo
+    color<Real> diffuse{0};  // diffuse albedo; phase function: scattering coefficient, per length
     color<Real> specular{0}; // albedo of the glossy lobe, the mirror, the glass
-    Real exponent = 0;       // of the glossy lobe
+    Real exponent = 0;       // of the glossy lobe; phase function: mean cosine
     Real eta = 1;            // refractive index of the inside
     Real survival = 1; // Russian roulette: depends on the vertex alone, so it is the same for both walks
+    int inside = -1;   // glass and boundaries: the medium inside, or none
 };
 
 template <class Real> struct triangle {
@@ -73,6 +74,7 @@ template <class Real> struct camera {
     Real focus_distance = 1;
 };
 
+template <class Real> struct medium;
 template <class Real> struct scene {
     std::string name;
     std::vector<material<Real>> materials;
@@ -81,6 +83,8 @@ template <class Real> struct scene {
     std::vector<sphere<Real>> spheres;
     std::vector<light<Real>> lights;
     int environment = -1; // its place among the lights
+    std::vector<bpt::medium<Real>> media;
+    int medium = -1; // the one outside of all objects, where lens and lights are, or none
     bpt::camera<Real> camera;
     vec3<Real> center{0}; // of a sphere around all shapes
     Real radius = 1;
@@ -135,12 +139,12 @@ bool hit_sphere(const vec3<Real>& center, Real radius, const vec3<Real>& origin,
 
 } // namespace detail
 
-// The first surface along a ray of unit direction, nearer than `farthest`.
+// The first surface along a ray of unit direction, between `nearest` (or epsilon) and `farthest`.
 template <class Real>
-std::optional<surface_point<Real>> intersect(const scene<Real>& scene, const vec3<Real>& origin,
-                                             const vec3<Real>& direction,
-                                             Real farthest = std::numeric_limits<Real>::max()) {
-    const Real nearest = scene.epsilon();
+std::optional<surface_point<Real>>
+intersect(const scene<Real>& scene, const vec3<Real>& origin, const vec3<Real>& direction,
+          Real farthest = std::numeric_limits<Real>::max(), Real nearest = -1) {
+    nearest = nearest < Real(0) ? scene.epsilon() : nearest;
     const triangle<Real>* hit_triangle = nullptr;
     const sphere<Real>* hit_sphere = nullptr;
     Real best = farthest, best_u = 0, best_v = 0;
@@ -189,6 +193,7 @@ bool is_visible(const scene<Real>& scene, const vec3<Real>& from, const vec3<Rea
 // Scenes by name; see scenes.cpp. Those that show all that the renderer can do, and those made for a study.
 const std::vector<std::string>& scene_names();
 const std::vector<std::string>& study_scene_names();
+const std::vector<std::string>& media_scene_names();
 template <class Real> scene<Real> make_scene(const std::string& name);
 
 // The same scene with all lengths times a factor. Its image is the same, and so are all weights.

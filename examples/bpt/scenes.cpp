@@ -1,5 +1,5 @@
 // The scenes, as data.
-#include "scene.hpp"
+#include "medium.hpp"
 #include <array>
 #include <map>
 #include <stdexcept>
@@ -78,6 +78,28 @@ struct builder {
         m.specular = dvec3(1);
         m.eta = eta;
         m.survival = 0.95;
+        return add(m);
+    }
+
+    // Extinction per length; albedo of a collision; mean cosine of the phase function.
+    int medium(const dvec3& extinction, const dvec3& albedo, double mean_cosine) {
+        bpt::medium<double> m;
+        m.extinction = extinction;
+        m.phase.kind = material_kind::phase;
+        m.phase.diffuse = albedo * extinction;
+        m.phase.exponent = mean_cosine;
+        m.phase.survival = std::max({albedo.x, albedo.y, albedo.z});
+        s.media.push_back(m);
+        return static_cast<int>(s.media.size()) - 1;
+    }
+    // An object of a medium: of glass, or without a surface that could be seen.
+    int filled(int material, int medium) {
+        s.materials[static_cast<std::size_t>(material)].inside = medium;
+        return material;
+    }
+    int boundary() {
+        material<double> m;
+        m.kind = material_kind::boundary;
         return add(m);
     }
 
@@ -417,11 +439,75 @@ void mixed(builder& b) {
     b.s.lights.back().lobe_share_emission = b.s.lights.back().lobe_share_next_event = 0;
 }
 
+// ---- Media ----
+
+// A spot light in fog: a lamp in a housing that glass closes, so that all of its light has passed the glass,
+// and no next event finds it.
+void fog(builder& b) {
+    const auto paint = cornell_walls(b);
+    b.quad({343, 548.8, 227}, {343, 548.8, 332}, {213, 548.8, 332}, {213, 548.8, 227},
+           paint.white); // no hole
+    constexpr double lamp = 10, tube = 30, low = 500, thick = 5;
+    const dvec3 at(278, 548, 280);
+    b.area_light(at + dvec3(lamp, 0, -lamp), at + dvec3(lamp, 0, lamp), at + dvec3(-lamp, 0, -lamp),
+                 cornell_light * 150.0, 1, 1);
+    const int black = b.diffuse(dvec3(0.02)), glass = b.glass(1.5);
+    b.begin_cluster();
+    const auto corner = [&](double x, double y, double z) {
+        return dvec3(at.x + x * tube, y, at.z + z * tube);
+    };
+    for (const auto& side : {dvec3(1, 0, 0), dvec3(-1, 0, 0), dvec3(0, 0, 1), dvec3(0, 0, -1)}) {
+        const dvec3 along(side.z, 0, side.x), p = side + along, q = side - along;
+        b.quad(corner(p.x, low, p.z), corner(q.x, low, q.z), corner(q.x, 549, q.z), corner(p.x, 549, p.z),
+               black);
+    }
+    block(b, corner(-1.1, low - thick, -1.1), corner(1.1, low, 1.1), glass);
+    b.quad(corner(-1.1, low - thick, -1.1), corner(1.1, low - thick, -1.1), corner(1.1, low - thick, 1.1),
+           corner(-1.1, low - thick, 1.1), glass);
+    short_block(b, paint.white);
+    b.s.medium = b.medium(dvec3(0.0012), dvec3(0.9), 0.3);
+}
+
+// A ball of a red liquid on the floor, and the caustic below it.
+void liquid(builder& b) {
+    cornell_walls(b);
+    ceiling_light(b);
+    const int red = b.medium(dvec3(0.002, 0.012, 0.02), dvec3(0.8, 0.3, 0.2), 0.0);
+    b.ball({278, 130, 250}, 120, b.filled(b.glass(1.33), red));
+}
+
+// A thick milky ball without a surface, and one of glass.
+void milk(builder& b) {
+    cornell_walls(b);
+    ceiling_light(b);
+    const int milk = b.medium(dvec3(0.05, 0.06, 0.08), dvec3(0.99, 0.97, 0.93), 0.6);
+    b.ball({390, 120, 370}, 110, b.filled(b.boundary(), milk));
+    b.ball({170, 110, 190}, 100, b.filled(b.glass(1.3), milk));
+}
+
+// The box in a haze so thin that few paths collide twice.
+void haze(builder& b) {
+    cornell(b);
+    b.s.medium = b.medium(dvec3(0.0002, 0.0003, 0.0005), dvec3(0.95), 0.7);
+}
+
 const std::map<std::string, void (*)(builder&)>& builders() {
-    static const std::map<std::string, void (*)(builder&)> all{
-        {"cornell", cornell},         {"spheres", spheres}, {"glossy", glossy}, {"smooth", smooth},
-        {"environment", environment}, {"point", point},     {"lens", lens},     {"mixed", mixed},
-        {"caustic", caustic},         {"diffuse", diffuse}, {"pool", pool},     {"rooms", rooms}};
+    static const std::map<std::string, void (*)(builder&)> all{{"cornell", cornell},
+                                                               {"spheres", spheres},
+                                                               {"glossy", glossy},
+                                                               {"smooth", smooth},
+                                                               {"environment", environment},
+                                                               {"point", point},
+                                                               {"lens", lens},
+                                                               {"mixed", mixed},
+                                                               {"caustic", caustic},
+                                                               {"diffuse", diffuse},
+                                                               {"pool", pool},
+                                                               {"rooms", rooms},
+                                                               {"fog", fog},
+                                                               {"liquid", liquid},
+                                                               {"milk", milk},
+                                                               {"haze", haze}};
     return all;
 }
 
@@ -430,8 +516,15 @@ template <class Real> scene<Real> cast_to(const scene<double>& d) {
     const auto r = [](double x) { return static_cast<Real>(x); };
     scene<Real> s;
     s.name = d.name;
+    const auto cast_material = [&](const material<double>& m) {
+        return material<Real>{m.kind,   v(m.diffuse),  v(m.specular), r(m.exponent),
+                              r(m.eta), r(m.survival), m.inside};
+    };
     for (const auto& m : d.materials)
-        s.materials.push_back({m.kind, v(m.diffuse), v(m.specular), r(m.exponent), r(m.eta), r(m.survival)});
+        s.materials.push_back(cast_material(m));
+    for (const auto& m : d.media)
+        s.media.push_back({v(m.extinction), cast_material(m.phase)});
+    s.medium = d.medium;
     for (const auto& t : d.triangles)
         s.triangles.push_back({v(t.a),
                                v(t.ab),
@@ -474,6 +567,11 @@ const std::vector<std::string>& study_scene_names() {
     return names;
 }
 
+const std::vector<std::string>& media_scene_names() {
+    static const std::vector<std::string> names{"fog", "liquid", "milk", "haze"};
+    return names;
+}
+
 template <class Real> scene<Real> make_scene(const std::string& name) {
     const auto found = builders().find(name);
     if (found == builders().end())
@@ -501,6 +599,8 @@ template <class Real> scene<Real> scaled(scene<Real> s, Real factor) {
         if (l.kind == light_kind::point)
             l.emission *= factor * factor;
     }
+    for (auto& m : s.media)
+        m.extinction /= factor, m.phase.diffuse /= factor;
     s.camera.position *= factor;
     s.camera.lens_radius *= factor;
     s.camera.focus_distance *= factor;

@@ -15,6 +15,8 @@ template <class Real> struct vertex {
     const bpt::material<Real>* material = nullptr;
     color<Real> throughput{1};      // of the walk, up to here
     vec3<Real> towards_previous{0}; // back along the walk
+    int medium = -1;                // through which the walk has come, or none
+    Real beam = 0;                  // in a medium: X of the segment that ends here, see mis::beam
 };
 
 enum class walk_kind { from_camera, from_light };
@@ -26,6 +28,8 @@ template <class Real> bool is_light(const vertex<Real>& x) {
     return x.kind == mis::vertex_kind::light || is_infinite(x);
 }
 template <class Real> bool scatters_dirac(const vertex<Real>& x) { return x.kind == mis::vertex_kind::dirac; }
+
+template <class Real> bool is_in_medium(const vertex<Real>& x) { return x.kind == mis::vertex_kind::medium; }
 
 // Whether a walk's vertex may be its end in a next event, connection or merge.
 template <class Real> bool can_join(const vertex<Real>& x) { return !is_light(x) && !scatters_dirac(x); }
@@ -50,7 +54,7 @@ template <class Real> Real geometric_cosine(const vertex<Real>& x, const vec3<Re
     return has_normal ? std::abs(dot(x.point.normal, to)) : Real(1);
 }
 template <class Real> Real shading_cosine(const vertex<Real>& x, const vec3<Real>& to) {
-    return std::abs(dot(x.point.shading_normal, to));
+    return is_in_medium(x) ? Real(1) : std::abs(dot(x.point.shading_normal, to));
 }
 
 // ---- Lights ----

@@ -150,7 +150,7 @@ struct number_field {
     std::string_view name;
     double mis::recorded_vertex::*member;
 };
-constexpr std::array<number_field, 19> number_fields{
+constexpr std::array<number_field, 22> number_fields{
     {{"pdf_to_light", &mis::recorded_vertex::pdf_to_light},
      {"pdf_to_camera", &mis::recorded_vertex::pdf_to_camera},
      {"cos_to_light", &mis::recorded_vertex::cos_to_light},
@@ -169,6 +169,9 @@ constexpr std::array<number_field, 19> number_fields{
      {"pdf_distance_from_camera", &mis::recorded_vertex::pdf_distance_from_camera},
      {"pdf_distance_from_light", &mis::recorded_vertex::pdf_distance_from_light},
      {"merge_factor", &mis::recorded_vertex::merge_factor},
+     {"beam_from_camera", &mis::recorded_vertex::beam_from_camera},
+     {"beam_from_light", &mis::recorded_vertex::beam_from_light},
+     {"sin_angle", &mis::recorded_vertex::sin_angle},
      {"material", &mis::recorded_vertex::material}}};
 
 double* find_number_field(mis::recorded_vertex& x, std::string_view key) {
@@ -277,7 +280,7 @@ void read_vertices(const element& value, std::vector<mis::recorded_vertex>& vert
 struct required {
     std::optional<mis::technique_kind> technique;
     std::optional<int> camera_vertices;
-    bool weight = false, counts = false, merge_count = false, vertices = false;
+    bool weight = false, counts = false, merge_count = false, family = false, vertices = false;
     double beta = 2, alpha = 0.1;
 };
 
@@ -313,6 +316,27 @@ void read_counts(const element& value, mis::technique_counts<double>& counts, re
     }
 }
 
+// {"point_point": {"count": 16384, "radius": 0.1}, ...}
+void read_families(const element& value, mis::path_record& record) {
+    record.families = {};
+    try {
+        for (const auto [name, family] : object_of("families", value)) {
+            const auto found = std::find(std::begin(mis::family_names), std::end(mis::family_names), name);
+            if (found == std::end(mis::family_names))
+                continue;
+            auto& f = record.families[static_cast<std::size_t>(found - std::begin(mis::family_names))];
+            for (const auto [key, field] : object_of(name, family)) {
+                if (key == "count")
+                    f.count = number_of(key, field);
+                else if (key == "radius")
+                    f.radius = number_of(key, field);
+            }
+        }
+    } catch (const malformed& error) {
+        fail("families: " + error.what);
+    }
+}
+
 void read_field(std::string_view key, const element& value, mis::path_record& record,
                 std::vector<vertex_geometry>& geometry, required& has) {
     if (key == "technique") {
@@ -330,6 +354,11 @@ void read_field(std::string_view key, const element& value, mis::path_record& re
         has.alpha = number_of(key, value);
     } else if (key == "radius") {
         record.radius = number_of(key, value);
+    } else if (key == "family") {
+        record.family = static_cast<mis::merge_family>(index_of(key, value, mis::family_names));
+        has.family = true;
+    } else if (key == "families") {
+        read_families(value, record);
     } else if (key == "splits_on_arrival") {
         record.splits_on_arrival = truth_of(key, value);
     } else if (key == "max_camera_vertices") {
@@ -372,6 +401,13 @@ void check_technique(const mis::path_record& record, const required& has) {
         if (s < 2 || s > n - 1)
             fail(found + ", but a merge on a path of " + std::to_string(n) +
                  " vertices is at none but inner ones: 2 to " + std::to_string(n - 1));
+        const bool in_families =
+            mis::detail::has_families(record) &&
+            record.vertices[static_cast<std::size_t>(s - 1)].kind == mis::vertex_kind::medium;
+        if (in_families && !has.family)
+            fail("a merge in a medium needs \"family\"");
+        if (in_families)
+            return;
         if (!mis::is_given(record.radius))
             fail("a merge needs \"radius\"");
         if (!has.merge_count)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <mis/heuristic.hpp>
+#include <mis/media.hpp>
 
 namespace lab {
 
@@ -39,5 +40,18 @@ struct any_heuristic {
         return visit([&](const auto& h) { return h.against(own, others); });
     }
 };
+
+// The families of merges at a vertex in a medium as one. Average counts techniques and cutoff needs all at
+// once: for these there is none, see has_joined.
+inline bool has_joined(const any_heuristic& h) {
+    return h.kind != heuristic_kind::average && h.kind != heuristic_kind::cutoff;
+}
+template <class T> T joined(const any_heuristic& h, const mis::family_sizes<T>& sizes) {
+    if (h.kind == heuristic_kind::power)
+        return h.parameter == 2 ? mis::joined(mis::power, sizes)
+                                : mis::joined(mis::power_heuristic{h.parameter}, sizes);
+    return h.kind == heuristic_kind::maximum ? mis::joined(mis::maximum, sizes)
+                                             : mis::joined(mis::balance, sizes);
+}
 
 } // namespace lab

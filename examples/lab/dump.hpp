@@ -35,6 +35,15 @@ nlohmann::ordered_json to_json(const scene<Real>& scene, const seen_path<Real>& 
         j["pdf_to_camera"] = r.pdf_to_camera;
         j["cos_to_camera"] = r.cos_to_camera;
     }
+    if (has_media(scene) && has_previous)
+        j["pdf_distance_from_camera"] = r.pdf_distance_from_camera;
+    if (has_media(scene) && has_next)
+        j["pdf_distance_from_light"] = r.pdf_distance_from_light;
+    if (is_in_medium(x)) {
+        j["beam_from_camera"] = path.beams[i].from_camera;
+        j["beam_from_light"] = path.beams[i].from_light;
+        j["sin_angle"] = length(cross(path.to_camera[i], path.to_light[i]));
+    }
     if (!has_previous || !has_next)
         j["pdf_position"] = r.pdf_position;
     if (is_light(x)) {
@@ -47,7 +56,8 @@ nlohmann::ordered_json to_json(const scene<Real>& scene, const seen_path<Real>& 
         j["dirac"] = true;
     if (x.material) {
         j["survival"] = x.material->survival;
-        j["material"] = x.material - scene.materials.data();
+        j["material"] = is_in_medium(x) ? static_cast<std::ptrdiff_t>(scene.materials.size()) + x.medium
+                                        : x.material - scene.materials.data();
     }
     if (scatters_dirac(x)) {
         j["eta_to_camera"] = path.eta_to_camera[i];
@@ -58,12 +68,25 @@ nlohmann::ordered_json to_json(const scene<Real>& scene, const seen_path<Real>& 
 
 // The light walk's vertex of a merge: the edge to the light starts there.
 template <class Real> nlohmann::ordered_json photon_to_json(const vertex<Real>& x) {
-    nlohmann::ordered_json j{{"position", to_json(x.point.position)},
-                             {"normal", to_json(x.point.normal)},
-                             {"survival", x.material->survival}};
+    nlohmann::ordered_json j{{"position", to_json(x.point.position)}};
+    if (!is_in_medium(x))
+        j["normal"] = to_json(x.point.normal);
+    j["survival"] = x.material->survival;
     if (x.point.shading_normal != x.point.normal)
         j["shading_normal"] = to_json(x.point.shading_normal);
     return j;
+}
+
+// The families that are on, as how many light walks and which radius.
+template <class Real> void families_to_json(const renderer<Real>& r, nlohmann::ordered_json& j) {
+    using family = mis::merge_family;
+    const auto& merges = r.set.media;
+    for (const auto kind : {family::point_point, family::point_beam, family::beam_point, family::beam_beam}) {
+        if (!(mis::size_of(merges.sizes, kind) > Real(0)))
+            continue;
+        const auto [kernel, walks] = kernel_and_walks(r, kind, Real(1));
+        j["families"][name_of(kind)] = {{"count", walks}, {"radius", mis::size_of(merges.radii, kind)}};
+    }
 }
 
 // Merges are dumped as the number of light walks and the radius, not as their product.
@@ -84,11 +107,15 @@ std::string to_json_line(const renderer<Real>& r, const contribution<Real>& c, c
           mis::technique_kind::camera_connection, mis::technique_kind::direct})
         if (const Real count = mis::count_of(counts, kind); count > Real(0))
             j["counts"][name_of(kind)] = count;
-    if (counts.merge > Real(0)) {
+    if (const Real merges = counts.merge * r.weigh.surface_factor; merges > Real(0)) {
         j["counts"][name_of(mis::technique_kind::merge)] =
-            std::round(counts.merge / mis::merge_area(r.set.merge_radius));
+            std::round(merges / mis::merge_area(r.set.merge_radius));
         j["radius"] = r.set.merge_radius;
     }
+    if (has_media(r.scene) && r.set.media.any())
+        families_to_json(r, j);
+    if (c.technique.kind == mis::technique_kind::merge && is_in_medium(path[c.technique.camera_vertices - 1]))
+        j["family"] = name_of(c.family);
     if (counts.max_camera_vertices < INT_MAX)
         j["max_camera_vertices"] = counts.max_camera_vertices;
     if (counts.max_light_vertices < INT_MAX)

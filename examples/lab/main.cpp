@@ -137,6 +137,11 @@ std::string settings_text(const options& o, const std::string& scene) {
     add("--max-vertices", o.longest);
     add("--max-camera-vertices", o.max_camera_vertices);
     add("--max-light-vertices", o.max_light_vertices);
+    add("--radius-3d", o.media.radius_3d);
+    add("--radius-2d", o.media.radius_2d);
+    add("--radius-1d", o.media.radius_1d);
+    add("--beam-walks", o.media.beam_walks);
+    add("--long-beams", o.media.long_beams);
     add("--scale", o.scale);
     add("--no-roulette", o.no_roulette);
     add("--no-checks", o.no_checks);
@@ -344,10 +349,12 @@ rendered render_scene(const std::string& name, const options& o, bool write_imag
                       dump_file& dump) {
     bpt::scene<Real> scene = bpt::scaled(bpt::make_scene<Real>(name), static_cast<Real>(o.scale));
     if (o.no_roulette)
-        for (auto& m : scene.materials)
-            m.survival = 1;
+        scene = lab::without_roulette(std::move(scene));
     lab::settings<Real> settings;
-    lab::on_all_alike(all, [&] { settings = settings_of(o, scene); });
+    lab::on_all_alike(all, [&] {
+        settings = settings_of(o, scene);
+        lab::check_heuristic(scene, settings);
+    });
     const double exposure = static_cast<double>(scene.exposure);
     const bool takes_snapshots = write_images && o.snapshots;
     std::optional<snapshots> snapshots; // rank 0's

@@ -15,14 +15,18 @@ template <class Real> struct seen_path {
     int size = 0;            // n
     int camera_vertices = 0; // s: x_0 ... x_{s-1} have been made by a camera walk
     const vertex<Real>* vertices[longest_path];
-    const vertex<Real>* photon = nullptr; // merges only: the light walk's vertex that has been merged with
-    int merged = -1;                      // and the place of the camera walk's
+    std::optional<vertex<Real>> photon; // merges only: the light walk's vertex that has been merged with
+    int merged = -1;                    // and the place of the camera walk's
+    mis::merge_family family{};
 
     // At each vertex, towards its neighbours, as walks have travelled: positions in float cannot give short
     // edges' directions back. Where walks have merged, the edge towards the light is the photon's.
     vec3<Real> to_camera[longest_path], to_light[longest_path];
     mis::measured_vertex<Real> records[longest_path];
     Real eta_to_camera[longest_path], eta_to_light[longest_path]; // 1 but at mirrors and glass
+    flight<Real> edges[longest_path];            // from x_i, or the photon, to x_{i+1}: what lies on it
+    mis::family_sizes<Real> sizes[longest_path]; // of the merges at vertices in media
+    mis::beams<Real> beams[longest_path];        // that end there
 
     const vertex<Real>& operator[](int i) const { return *vertices[i]; }
 };
@@ -30,15 +34,20 @@ template <class Real> struct seen_path {
 // The vertices and directions. Light walks are those that the photons come from, by number; only merges need
 // them.
 template <class Real>
-void find_vertices(const complete_path<Real>& path, const std::vector<walk<Real>>& light_walks,
-                   seen_path<Real>& seen) {
+void find_vertices(const scene<Real>& scene, const complete_path<Real>& path,
+                   const std::vector<walk<Real>>& light_walks, seen_path<Real>& seen) {
     const int n = path.size(), s = path.camera_vertices;
     seen.size = n;
     seen.camera_vertices = s;
     const vertex<Real>* light = path.light;
     if (path.photon) {
         light = light_walks[path.photon->walk].data();
-        seen.photon = light + path.photon->vertices - 1;
+        if (!is_in_medium(path.camera[s - 1])) {
+            seen.photon = light[path.photon->vertices - 1];
+        } else { // it may be any point of the walk's beam
+            seen.photon = medium_vertex(scene, path.photon->medium, path.photon->position);
+            seen.photon->towards_previous = path.photon->towards_previous;
+        }
         seen.merged = s - 1;
     }
     for (int i = 0; i < s; ++i)
@@ -58,13 +67,29 @@ void find_vertices(const complete_path<Real>& path, const std::vector<walk<Real>
         set_edge(s - 1, seen.photon ? seen.photon->towards_previous : direction(seen[s - 1], seen[s]));
 }
 
+// The vertex from which an edge goes on to the light.
+template <class Real> const vertex<Real>& start_of_edge(const seen_path<Real>& seen, int i) {
+    return i == seen.merged ? *seen.photon : seen[i];
+}
+
+// What lies on the edge from x_i, followed anew. A surface that rounding has put there is no matter.
+template <class Real> flight<Real> edge_from(const scene<Real>& scene, const seen_path<Real>& seen, int i) {
+    vertex<Real> x = start_of_edge(seen, i);
+    if (i == 0)
+        x.medium = scene.medium;
+    else if (scatters_dirac(x) && x.material->kind == material_kind::glass)
+        x.medium = medium_towards(scene, x.point, seen.to_light[i]);
+    bool is_blocked = false;
+    return has_media(scene) ? between(scene, x, seen[i + 1], seen.to_light[i], is_blocked) : flight<Real>{};
+}
+
 // Densities, cosines and distances of one vertex that scatters.
 template <class Real> void record_surface(seen_path<Real>& seen, int i) {
     const vertex<Real>& x = seen[i];
     const vec3<Real>&to_camera = seen.to_camera[i], &to_light = seen.to_light[i];
     auto& record = seen.records[i];
     record.cos_to_camera = geometric_cosine(x, to_camera);
-    record.cos_to_light = geometric_cosine(i == seen.merged ? *seen.photon : x, to_light);
+    record.cos_to_light = geometric_cosine(start_of_edge(seen, i), to_light);
     if (scatters_dirac(x)) {
         const bool by_camera = i < seen.camera_vertices;
         const bool reflects = dot(x.point.normal, to_camera) * dot(x.point.normal, to_light) > Real(0);
@@ -104,18 +129,58 @@ template <class Real>
 seen_path<Real> look_at(const scene<Real>& scene, int width, const complete_path<Real>& path,
                         const std::vector<walk<Real>>& light_walks = {}) {
     seen_path<Real> seen;
-    find_vertices(path, light_walks, seen);
+    find_vertices(scene, path, light_walks, seen);
+    for (int i = 0; i + 1 < seen.size; ++i)
+        seen.edges[i] = edge_from(scene, seen, i);
     for (int i = 0; i < seen.size; ++i) {
         seen.records[i].kind = seen[i].kind;
         seen.eta_to_camera[i] = seen.eta_to_light[i] = 1;
         if (i > 0 && i + 1 < seen.size)
             record_surface(seen, i);
         if (i + 1 < seen.size)
-            seen.records[i].distance2_to_light =
-                squared_distance(i == seen.merged ? *seen.photon : seen[i], seen[i + 1]);
+            seen.records[i].distance2_to_light = squared_distance(start_of_edge(seen, i), seen[i + 1]);
+        if (i > 0)
+            seen.records[i].pdf_distance_from_camera = seen.edges[i - 1].forward(is_in_medium(seen[i]));
+        if (i + 1 < seen.size)
+            seen.records[i].pdf_distance_from_light = seen.edges[i].reverse(is_in_medium(seen[i]));
+        if (is_in_medium(seen[i]))
+            seen.records[i].merge_factor = 0; // unless somebody merges there, see below
     }
     record_ends(scene, width, seen);
     return seen;
+}
+
+// With the merges of a renderer.
+template <class Real>
+seen_path<Real> look_at(const renderer<Real>& r, const contribution<Real>& c, const complete_path<Real>& path,
+                        const std::vector<walk<Real>>& light_walks = {}) {
+    seen_path<Real> seen = look_at(r.scene, r.set.width, path, light_walks);
+    seen.family = c.family;
+    for (int i = 1; i + 1 < seen.size; ++i) {
+        auto& factor = seen.records[i].merge_factor;
+        factor = r.weigh.surface_factor;
+        if (!is_in_medium(seen[i]))
+            continue;
+        seen.beams[i] = {r.weigh.beam(walk_kind::from_camera, seen.edges[i - 1].last),
+                         r.weigh.beam(walk_kind::from_light, seen.edges[i].first)};
+        const Real sine = length(cross(seen.to_camera[i], seen.to_light[i]));
+        seen.sizes[i] = mis::at_vertex(r.weigh.media.sizes, seen.beams[i], sine);
+        factor = r.weigh.media.any() ? joined(r.weigh.heuristic, seen.sizes[i]) : Real(0);
+    }
+    return seen;
+}
+
+// Of a vertex' merges, the part that is the path's family's; 1 for what is no merge in a medium.
+template <class Real>
+double family_share(const any_heuristic& heuristic, const seen_path<Real>& path, mis::technique t) {
+    const int i = t.camera_vertices - 1;
+    if (t.kind != mis::technique_kind::merge || !is_in_medium(path[i]))
+        return 1;
+    const auto& k = path.sizes[i];
+    return mis::family_share(heuristic,
+                             mis::family_sizes<double>{double(k.point_point), double(k.point_beam),
+                                                       double(k.beam_point), double(k.beam_beam)},
+                             path.family);
 }
 
 template <class Real> mis::measured_vertex<double> in_double(const mis::measured_vertex<Real>& r) {
@@ -125,11 +190,12 @@ template <class Real> mis::measured_vertex<double> in_double(const mis::measured
             double(r.pdf_to_camera),
             double(r.pdf_position),
             double(r.pdf_next_event),
-            1,
-            1,
+            double(r.pdf_distance_from_camera),
+            double(r.pdf_distance_from_light),
             double(r.cos_to_camera),
             double(r.cos_to_light),
-            double(r.distance2_to_light)};
+            double(r.distance2_to_light),
+            double(r.merge_factor)};
 }
 // The path's records in double.
 template <class Real> void records_of(const seen_path<Real>& path, mis::measured_vertex<double>* out) {

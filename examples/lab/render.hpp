@@ -32,10 +32,27 @@ template <class Real> struct pass_result {
     std::vector<row_result<Real>> rows;
 };
 
+// Walks of this scene end only by leaving it.
+template <class Real> scene<Real> without_roulette(scene<Real> scene) {
+    for (auto& m : scene.materials)
+        m.survival = 1;
+    for (auto& m : scene.media)
+        m.phase.survival = 1;
+    return scene;
+}
+
+// Throws std::runtime_error where a heuristic cannot weigh what is merged.
+template <class Real> void check_heuristic(const scene<Real>& scene, const settings<Real>& set) {
+    if (has_media(scene) && set.media.any() && !has_joined(set.heuristic))
+        throw std::runtime_error("the " + std::string(name_of(set.heuristic.kind)) +
+                                 " heuristic cannot weigh merges in media");
+}
+
 // A technique that is disabled by mistake_set::disabled_technique is not made: connections.
 template <class Real> renderer<Real> make_renderer(const scene<Real>& scene, settings<Real> set) {
     if (set.mistakes.has(mistake::disabled_technique))
         set.counts.connection = 0;
+    check_heuristic(scene, set);
     return {scene, set, set.heuristic};
 }
 
@@ -52,15 +69,18 @@ template <class Real> std::vector<walk<Real>> trace_light_walks(const renderer<R
     in_parallel(r.set.threads, r.set.width, [&](int row) {
         const auto width = static_cast<std::size_t>(r.set.width),
                    first = static_cast<std::size_t>(row) * width;
-        for (std::size_t pixel = first; pixel < first + width; ++pixel)
+        for (std::size_t pixel = first; pixel < first + width; ++pixel) {
             r.trace_light_walk(pass, pixel, walks[pixel]);
+            walks[pixel].beams = {}; // photons know theirs
+        }
     });
     return walks;
 }
 
 template <class Real>
 Real weight_by_records(const renderer<Real>& r, const seen_path<Real>& path, mis::technique t) {
-    return mis::weight(r.weigh.heuristic, r.weigh.counts, path.records, path.size, t);
+    return mis::weight(r.weigh.heuristic, r.weigh.counts, path.records, path.size, t) *
+           static_cast<Real>(family_share(r.weigh.heuristic, path, t));
 }
 
 // Keeps a random `most` of all lines, of which `made` came before.
@@ -83,7 +103,7 @@ row_result<Real> render_row(const renderer<Real>& r, const settings<Real>& set, 
     const auto keep = [&](const contribution<Real>& made_by_renderer, const complete_path<Real>& complete) {
         weighed_contribution<Real> c{made_by_renderer, made_by_renderer.weight};
         if (looks) {
-            const seen_path<Real> path = look_at(r.scene, r.set.width, complete, light_walks);
+            const seen_path<Real> path = look_at(r, c, complete, light_walks);
             if (takes_whole_path(r))
                 c.weight = c.right_weight = weight_by_records(r, path, c.technique);
             if (set.mistakes.any())

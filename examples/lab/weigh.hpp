@@ -45,7 +45,8 @@ balanced_sample balance(const renderer<Real>& r, const contribution<Real>& c, co
     mis::measured_vertex<double> records[longest_path];
     records_of(path, records);
     mis::weights(mis::balance, in_double(counts_for(r, path)), records, path.size, s.weights.data());
-    s.value *= s.weights[static_cast<std::size_t>(s.technique)];
+    s.value *= s.weights[static_cast<std::size_t>(s.technique)] *
+               family_share({heuristic_kind::balance}, path, c.technique);
     return s;
 }
 
@@ -72,7 +73,7 @@ typename path_geometry<Real>::side side_towards(const vertex<Real>& x, const vec
 template <class Real> path_geometry<Real> geometry_of(const seen_path<Real>& path) {
     path_geometry<Real> g;
     for (int i = 0; i + 1 < path.size; ++i) {
-        const vertex<Real>& x = i == path.merged ? *path.photon : path[i];
+        const vertex<Real>& x = start_of_edge(path, i);
         const vertex<Real>& y = path[i + 1];
         g.to_light[i] = side_towards(x, direction(x, y));
         g.to_camera[i + 1] = side_towards(y, direction(y, x));
@@ -117,14 +118,58 @@ color<Real> walk_factor(const seen_path<Real>& path, const path_geometry<Real>& 
     return lobe.value * (radiance_scale(lobe, kind) / lobe.probability);
 }
 
-// S of every technique of a path (places as in mis::technique_at), for counts of 1; infinite where a
-// technique cannot make it. A merge of one light walk estimates a density: its throughput has 1 / (pi r^2).
-// Nothing here looks at the path's records.
-template <class Real> void throughputs_of(const renderer<Real>& r, const seen_path<Real>& path, Real* out) {
+// What a walk's throughput is multiplied with along the edge between x_i and x_{i+1}: transmittance over the
+// density of the distance. A beam has not sampled how far it goes in its last medium; a short one has passed
+// so far.
+enum class edge_end { stops, long_beam, short_beam };
+template <class Real>
+color<Real> edge_factor(const seen_path<Real>& path, int i, walk_kind kind, edge_end end) {
+    const flight<Real> f = kind == walk_kind::from_camera ? path.edges[i] : reversed(path.edges[i]);
+    const bool in_medium = is_in_medium(path[kind == walk_kind::from_camera ? i + 1 : i]);
+    const Real last = end == edge_end::long_beam            ? Real(1)
+                      : end == edge_end::stops && in_medium ? f.last.density
+                                                            : f.last.pass;
+    return f.transmittance / (f.before * last);
+}
+
+// One technique's place among the throughputs: those of mis::technique_at, and behind them the four families
+// of every vertex in a medium.
+constexpr int longest_throughputs = mis::technique_count(longest_path) + 4 * longest_path;
+inline int throughput_count(int n) { return mis::technique_count(n) + 4 * n; }
+inline int throughput_index(int n, int vertex, mis::merge_family family) {
+    return mis::technique_count(n) + 4 * vertex + static_cast<int>(family);
+}
+
+// The kernel's share of the throughput of a merge of one light walk, and how many light walks there are.
+template <class Real>
+std::pair<Real, Real> kernel_and_walks(const renderer<Real>& r, mis::merge_family family, Real sine) {
+    const Real walks = static_cast<Real>(r.set.width) * static_cast<Real>(r.set.width),
+               step = static_cast<Real>(r.set.media.walks_for_beams),
+               beam_walks = std::ceil(walks / step); // number 0, and every so many-th
+    const auto& radii = r.set.media.radii;
+    const auto cube = [](Real x) { return x * x * x; };
+    switch (family) {
+    case mis::merge_family::point_point:
+        return {3 / (4 * pi<Real> * cube(radii.point_point)), walks};
+    case mis::merge_family::point_beam:
+        return {1 / (pi<Real> * radii.point_beam * radii.point_beam), walks};
+    case mis::merge_family::beam_point:
+        return {1 / (pi<Real> * radii.beam_point * radii.beam_point), beam_walks};
+    default:
+        return {1 / (2 * radii.beam_beam * sine), beam_walks};
+    }
+}
+
+// S of every technique of a path, for counts of 1; infinite where a technique cannot make it. A merge of one
+// light walk estimates a density: its throughput has 1 / (pi r^2). Nothing here looks at the path's records.
+template <class Real>
+void throughputs_of(const renderer<Real>& r, const seen_path<Real>& path, Real* out, Real* walks) {
     constexpr Real impossible = std::numeric_limits<Real>::infinity();
+    constexpr auto from_camera_on = walk_kind::from_camera, from_light_on = walk_kind::from_light;
     const int n = path.size, last = n - 1;
     const auto joinable = [&](int i) { return i == 0 || i == last || !scatters_dirac(path[i]); };
-    std::fill(out, out + mis::technique_count(n), impossible);
+    std::fill(out, out + throughput_count(n), impossible);
+    std::fill(walks, walks + throughput_count(n), Real(0));
 
     const path_geometry<Real> g = geometry_of(path);
     const auto lens = camera_end_point(r.scene.camera, g.to_light[0].to, r.set.width);
@@ -133,13 +178,21 @@ template <class Real> void throughputs_of(const renderer<Real>& r, const seen_pa
     const Real cos_light = light.cos.value;
     const Real response = lens.direction.value; // W |cos| over the density of the lens point
 
-    color<Real> from_camera[longest_path], from_light[longest_path]; // throughputs at the arrival at x_i
-    from_camera[1] = color<Real>(response / lens.direction.value);
-    for (int i = 2; i < n; ++i)
-        from_camera[i] = from_camera[i - 1] * walk_factor(path, g, i - 1, walk_kind::from_camera);
-    from_light[last - 1] = radiance * (cos_light / (light.position.value * light.direction.value));
-    for (int i = last - 2; i > 0; --i)
-        from_light[i] = from_light[i + 1] * walk_factor(path, g, i + 1, walk_kind::from_light);
+    // Throughputs on leaving for x_i, and on arriving there.
+    color<Real> to_camera[longest_path], to_light[longest_path], from_camera[longest_path],
+        from_light[longest_path];
+    to_camera[1] = color<Real>(response / lens.direction.value);
+    from_camera[1] = to_camera[1] * edge_factor(path, 0, from_camera_on, edge_end::stops);
+    for (int i = 2; i < n; ++i) {
+        to_camera[i] = from_camera[i - 1] * walk_factor(path, g, i - 1, from_camera_on);
+        from_camera[i] = to_camera[i] * edge_factor(path, i - 1, from_camera_on, edge_end::stops);
+    }
+    to_light[last - 1] = radiance * (cos_light / (light.position.value * light.direction.value));
+    from_light[last - 1] = to_light[last - 1] * edge_factor(path, last - 1, from_light_on, edge_end::stops);
+    for (int i = last - 2; i > 0; --i) {
+        to_light[i] = from_light[i + 1] * walk_factor(path, g, i + 1, from_light_on);
+        from_light[i] = to_light[i] * edge_factor(path, i, from_light_on, edge_end::stops);
+    }
 
     for (int s = 1; s <= n; ++s) {
         color<Real> throughput;
@@ -151,24 +204,53 @@ template <class Real> void throughputs_of(const renderer<Real>& r, const seen_pa
         else if (n == 2)
             throughput = radiance * (cos_light * response / (light.position.value * distance2));
         else if (s == 1)
-            throughput =
-                from_light[1] * scattered(path, g, 1, walk_kind::from_light) * (response / distance2);
+            throughput = from_light[1] * scattered(path, g, 1, from_light_on) * (response / distance2);
         else if (s == last)
-            throughput = from_camera[s - 1] * scattered(path, g, s - 1, walk_kind::from_camera) * radiance *
+            throughput = from_camera[s - 1] * scattered(path, g, s - 1, from_camera_on) * radiance *
                          (cos_light / (light.next_event.value * distance2));
         else
-            throughput = from_camera[s - 1] * scattered(path, g, s - 1, walk_kind::from_camera) *
-                         scattered(path, g, s, walk_kind::from_light) * from_light[s] / distance2;
+            throughput = from_camera[s - 1] * scattered(path, g, s - 1, from_camera_on) *
+                         scattered(path, g, s, from_light_on) * from_light[s] / distance2;
+        if (s < n)
+            throughput *= path.edges[s - 1].transmittance;
         if (s < n || light.hittable)
             out[s] = sum(throughput);
     }
     for (int s = 2; s < n && r.set.merge_radius > Real(0); ++s) {
         const vertex<Real>& x = path[s - 1];
         const auto &in = g.to_light[s - 1], &back = g.to_camera[s - 1];
-        if (joinable(s - 1))
+        if (joinable(s - 1) && !is_in_medium(x))
             out[mis::technique_index(n, {mis::technique_kind::merge, s})] =
                 sum(from_camera[s - 1] * evaluate(*x.material, x.point, back.to, in.to) * from_light[s - 1]) *
                 in.shading_cosine / (in.geometric_cosine * mis::merge_area(r.set.merge_radius));
+    }
+    for (int i = 1; i < last; ++i) {
+        if (!is_in_medium(path[i]))
+            continue;
+        const vertex<Real>& x = path[i];
+        const vec3<Real>&in = g.to_light[i].to, &back = g.to_camera[i].to;
+        const color<Real> f = evaluate(*x.material, x.point, back, in);
+        using family = mis::merge_family;
+        for (const auto kind :
+             {family::point_point, family::point_beam, family::beam_point, family::beam_beam}) {
+            if (!(mis::size_of(r.set.media.sizes, kind) > Real(0)))
+                continue;
+            const bool camera_beam = kind == family::point_beam || kind == family::beam_beam,
+                       light_beam = kind == family::beam_point || kind == family::beam_beam;
+            const auto end = [](bool is_beam, bool is_long) {
+                return !is_beam ? edge_end::stops : is_long ? edge_end::long_beam : edge_end::short_beam;
+            };
+            const color<Real> camera =
+                to_camera[i] *
+                edge_factor(path, i - 1, from_camera_on, end(camera_beam, r.set.media.long_camera_beams));
+            const color<Real> light_side =
+                to_light[i] *
+                edge_factor(path, i, from_light_on, end(light_beam, r.set.media.long_light_beams));
+            const auto [kernel, light_walks] = kernel_and_walks(r, kind, length(cross(back, in)));
+            const auto place = throughput_index(n, i, kind);
+            out[place] = sum(camera * f * light_side) * kernel;
+            walks[place] = light_walks;
+        }
     }
 }
 
@@ -243,20 +325,27 @@ template <class Real>
 Real weight_by_throughput(const renderer<Real>& r, const seen_path<Real>& path, mis::technique technique) {
     const int n = path.size, count = mis::technique_count(n);
     const auto path_counts = counts_for(r, path);
-    Real throughputs[mis::technique_count(longest_path)], counts[mis::technique_count(longest_path)];
-    throughputs_of(r, path, throughputs);
+    Real throughputs[longest_throughputs], counts[longest_throughputs];
+    throughputs_of(r, path, throughputs, counts);
     for (int k = 0; k < count; ++k) {
         const mis::technique t = mis::technique_at(n, k);
         const bool picked = t.kind == mis::technique_kind::connection && r.mean_light_vertices > 0;
         const Real factor = picked ? static_cast<Real>(r.mean_light_vertices) : Real(1);
-        const Real area =
-            t.kind == mis::technique_kind::merge ? mis::merge_area(r.set.merge_radius) : Real(1);
+        const Real area = t.kind == mis::technique_kind::merge
+                              ? mis::merge_area(r.set.merge_radius) / r.weigh.surface_factor
+                              : Real(1);
         const Real count_with_factors = mis::count_of(path_counts, n, t);
-        counts[k] = count_with_factors > Real(0) ? count_with_factors * factor / area : Real(0);
+        counts[k] = count_with_factors > Real(0) && throughputs[k] < std::numeric_limits<Real>::infinity()
+                        ? count_with_factors * factor / area
+                        : Real(0);
         throughputs[k] *= factor;
     }
-    mis::densities_from_throughputs(counts, throughputs, count, throughputs);
-    return mis::weight(r.weigh.heuristic, throughputs, count, mis::technique_index(n, technique));
+    mis::densities_from_throughputs(counts, throughputs, throughput_count(n), throughputs);
+    const bool in_medium =
+        technique.kind == mis::technique_kind::merge && is_in_medium(path[technique.camera_vertices - 1]);
+    return mis::weight(r.weigh.heuristic, throughputs, throughput_count(n),
+                       in_medium ? throughput_index(n, technique.camera_vertices - 1, path.family)
+                                 : mis::technique_index(n, technique));
 }
 
 // The sum of all weights of a path by the recursion.
@@ -291,9 +380,9 @@ void check_weight(const renderer<Real>& r, const seen_path<Real>& path, mis::tec
         ++checks.ties;
         return;
     }
-    checks.recursion.add(static_cast<double>(weight), by_density.weights[own]);
-    checks.throughput.add(static_cast<double>(weight_by_throughput(r, path, technique)),
-                          by_density.weights[own]);
+    const double expected = by_density.weights[own] * family_share(r.weigh.heuristic, path, technique);
+    checks.recursion.add(static_cast<double>(weight), expected);
+    checks.throughput.add(static_cast<double>(weight_by_throughput(r, path, technique)), expected);
     const bool has_recursion = !takes_whole_path(r) && !r.set.merges_once;
     if (checks.paths % 16 == 0 && has_recursion) {
         const double sum = static_cast<double>(sum_by_recursion(r, path, by_density));

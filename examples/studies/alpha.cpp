@@ -133,7 +133,7 @@ run_result render(const bpt::renderer<real>& first, const std::vector<int>& due,
     run_result result;
     for (int pass = 0; pass < due.back(); ++pass) {
         const auto renderer = first.at_pass(pass);
-        const bpt::photon_map<real> photons(renderer.trace_photons(pass));
+        const bpt::photon_map<real> photons(bpt::trace_photons(renderer, pass));
         const auto add = [&](const bpt::contribution<real>& c, const bpt::complete_path<real>&) {
             sum[static_cast<std::size_t>(c.pixel / width / row_step * width + c.pixel % width)] +=
                 c.weight * c.value.x;

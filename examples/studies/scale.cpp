@@ -38,7 +38,7 @@ template <class Real> paths<Real> render_paths(const std::string& name, int widt
     set.merge_radius = result.radius;
     set.counts = result.counts;
     const auto renderer = lab::make_renderer(scene, set);
-    const bpt::photon_map<Real> photons(renderer.trace_photons(0));
+    const bpt::photon_map<Real> photons(bpt::trace_photons(renderer, 0));
     const auto light_walks = lab::trace_light_walks(renderer, 0);
     for (int row = 0; row < width; ++row)
         renderer.render_row(

@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <mis/media.hpp>
 #include <mis/path.hpp>
 #include <vector>
 
@@ -31,9 +32,12 @@ inline constexpr std::array<const char*, 5> heuristic_names{"average", "balance"
                                                             "maximum"};
 inline constexpr std::array<const char*, 6> vertex_names{"camera", "surface", "dirac",
                                                          "medium", "light",   "infinite_light"};
+inline constexpr std::array<const char*, 4> family_names{"point_point", "point_beam", "beam_point",
+                                                         "beam_beam"};
 
 constexpr const char* name_of(technique_kind kind) { return technique_names[static_cast<std::size_t>(kind)]; }
 constexpr const char* name_of(heuristic_kind kind) { return heuristic_names[static_cast<std::size_t>(kind)]; }
+constexpr const char* name_of(merge_family family) { return family_names[static_cast<std::size_t>(family)]; }
 constexpr const char* name_of(vertex_kind kind) { return vertex_names[static_cast<std::size_t>(kind)]; }
 
 // A vertex x_i of a path, from camera to light. Units as in path.hpp: densities per solid angle with roulette
@@ -49,6 +53,12 @@ struct recorded_vertex {
     double pdf_distance_from_camera = 1;
     double pdf_distance_from_light = 1;
     double merge_factor = 1;
+
+    // In a medium, where families of merges are on: X-> and X<- of the segments that end here, and the sine
+    // of the angle between them, see media.hpp.
+    double beam_from_camera = not_given;
+    double beam_from_light = not_given;
+    double sin_angle = not_given;
 
     // The edges to x_{i-1} and x_{i+1}; in media and at infinity the cosines are 1. The squared distance is
     // that to x_{i+1}, at infinity 1.
@@ -75,6 +85,13 @@ struct recorded_vertex {
     double material = not_given;              // any number by which mistakes of one material are told
 };
 
+// A family of merges in media: how many light walks leave its points or beams, and the radius. Kernels are
+// constant over spheres, disks and intervals of this radius.
+struct recorded_family {
+    double count = 0;
+    double radius = 0;
+};
+
 struct path_record {
     std::int64_t line = 0; // where it has been read, for messages
     mis::technique technique{};
@@ -85,7 +102,9 @@ struct path_record {
     // Numbers of samples; `merge` is a number of light walks, without the area of the disk. The caps are
     // those of sub-paths.
     technique_counts<double> counts;
-    double radius = not_given;      // of merges
+    double radius = not_given;                 // of merges
+    std::array<recorded_family, 4> families{}; // of merges in media, by merge_family; none where all are 0
+    merge_family family{};                     // of a merge in a medium
     bool splits_on_arrival = false; // before a vertex is joined: splits are inside the densities of arriving
     std::vector<recorded_vertex> vertices;
 };
@@ -194,6 +213,9 @@ inline const char* first_bad_field(const path_record& record) {
             return "counts";
     if (is_given(record.radius) && !is_measure(record.radius))
         return "radius";
+    for (const recorded_family& family : record.families)
+        if (!is_measure(family.count) || !is_measure(family.radius))
+            return "families";
     return nullptr;
 }
 
@@ -204,7 +226,7 @@ inline const char* first_bad_field(const path_record& record) {
 // number that is NaN, infinite or negative. Where it is 0, a count or a radius switches its technique off.
 inline record_place first_bad_number(const path_record& record) {
     using field = std::pair<const char*, double recorded_vertex::*>;
-    static constexpr std::array<field, 24> fields{
+    static constexpr std::array<field, 27> fields{
         {{"pdf_position", &recorded_vertex::pdf_position},
          {"pdf_next_event", &recorded_vertex::pdf_next_event},
          {"pdf_to_camera", &recorded_vertex::pdf_to_camera},
@@ -218,6 +240,9 @@ inline record_place first_bad_number(const path_record& record) {
          {"pdf_distance_from_camera", &recorded_vertex::pdf_distance_from_camera},
          {"pdf_distance_from_light", &recorded_vertex::pdf_distance_from_light},
          {"merge_factor", &recorded_vertex::merge_factor},
+         {"beam_from_camera", &recorded_vertex::beam_from_camera},
+         {"beam_from_light", &recorded_vertex::beam_from_light},
+         {"sin_angle", &recorded_vertex::sin_angle},
          {"photon.survival", &recorded_vertex::photon_survival},
          {"splits", &recorded_vertex::splits},
          {"splits_to_camera", &recorded_vertex::splits_to_camera},
@@ -289,6 +314,9 @@ struct weight_terms {
 
     std::vector<double> from_camera, from_light; // P-> and P<- of each vertex
     std::vector<double> merge_factors;
+    std::vector<std::array<double, 4>> families; // sizes, of vertices in media; empty where no family is on
+    merge_family family{};                       // that made_by is of, in a medium
+    std::vector<unsigned char> in_medium;        // of families' vertices
     std::vector<unsigned char> can_connect, can_merge; // 0 at Dirac scatterers
     double next_event = 0;                             // of the light point
     double camera_connection = 0;                      // of the lens point
@@ -328,6 +356,32 @@ inline double log_from_light(const path_record& record, std::size_t i) {
            log_of(x.pdf_distance_from_light) + log_of_inverse(x.distance2_to_light);
 }
 
+// The sizes of the families at a vertex: as at_vertex in media.hpp, in logarithms.
+inline std::array<double, 4> log_sizes(const std::array<recorded_family, 4>& families,
+                                       const recorded_vertex& x) {
+    const auto log_size = [&](merge_family f, double dimensions, double constant) {
+        const recorded_family& family = families[static_cast<std::size_t>(f)];
+        if (!(family.count > 0) || !(family.radius > 0))
+            return log_density::zero;
+        return log_of(family.count) + dimensions * log_of(family.radius) + std::log(constant);
+    };
+    constexpr double pi = 3.14159265358979323846;
+    const double from_camera = log_of(x.beam_from_camera), from_light = log_of(x.beam_from_light);
+    const auto times = [](double size, double x_of_beam) { // what is off needs no beam
+        return log_density::is_zero(size) ? size : size + x_of_beam;
+    };
+    return {log_size(merge_family::point_point, 3, pi * 4 / 3),
+            times(log_size(merge_family::point_beam, 2, pi), from_camera),
+            times(log_size(merge_family::beam_point, 2, pi), from_light),
+            times(log_size(merge_family::beam_beam, 1, 2), from_camera + from_light + log_of(x.sin_angle))};
+}
+inline bool has_families(const path_record& record) {
+    for (const recorded_family& family : record.families)
+        if (family.count > 0 && family.radius > 0)
+            return true;
+    return false;
+}
+
 } // namespace detail
 
 // The terms of the right weight. `terms` is reused: nothing is allocated once it has held a longer path.
@@ -350,6 +404,14 @@ inline void terms_of(const path_record& record, weight_terms& terms) {
         terms.can_connect[i] = record.vertices[i].kind != vertex_kind::dirac;
     }
     terms.can_merge = terms.can_connect;
+    terms.family = record.family;
+    terms.families.clear();
+    terms.in_medium.clear();
+    if (detail::has_families(record))
+        for (const recorded_vertex& x : record.vertices) {
+            terms.families.push_back(detail::log_sizes(record.families, x));
+            terms.in_medium.push_back(x.kind == vertex_kind::medium);
+        }
     const recorded_vertex &camera = record.vertices.front(), &light = record.vertices.back();
     terms.next_event =
         is_given(light.pdf_next_event) ? log_of(light.pdf_next_event) : terms.from_light[n - 1];
@@ -392,6 +454,23 @@ struct expected_weight {
 
 namespace detail {
 
+// Whether merges at x_i are those of families in media; and the place of one, behind those of technique_at.
+inline bool has_families_at(const weight_terms& terms, std::size_t i) {
+    return !terms.families.empty() && terms.in_medium[i] != 0;
+}
+constexpr int family_place(int n, int i, int family) { return technique_count(n) + 4 * i + family; }
+// The place of the technique that made the path; and the place of a technique, or of the merge that a family
+// is of.
+inline int place_made_by(const weight_terms& terms) {
+    const int i = terms.made_by.camera_vertices - 1;
+    return terms.made_by.kind == technique_kind::merge && has_families_at(terms, static_cast<std::size_t>(i))
+               ? family_place(size_of(terms), i, static_cast<int>(terms.family))
+               : technique_index(size_of(terms), terms.made_by);
+}
+constexpr int technique_place(int n, int place) {
+    return place < technique_count(n) ? place : n + (place - technique_count(n)) / 4;
+}
+
 // Calls visit(place, effective density) for every technique that is on: products of P-> up to the edge or
 // vertex, and of P<- from there.
 template <class Visit> void for_each_log_density(const weight_terms& terms, Visit&& visit) {
@@ -421,7 +500,14 @@ template <class Visit> void for_each_log_density(const weight_terms& terms, Visi
             break;
         const std::size_t i = static_cast<std::size_t>(s);
         from_camera += terms.from_camera[i];
-        if (s >= 1 && s <= n - 2 && is_on(terms, {technique_kind::merge, s + 1}))
+        if (s < 1 || s > n - 2)
+            continue;
+        if (has_families_at(terms, i)) {
+            for (int f = 0; f < 4 && is_within_caps(terms.caps, n, {technique_kind::merge, s + 1}); ++f)
+                if (const double size = terms.families[i][static_cast<std::size_t>(f)];
+                    !log_density::is_zero(size))
+                    visit(family_place(n, s, f), from_camera + from_light[s] + size);
+        } else if (is_on(terms, {technique_kind::merge, s + 1}))
             visit(n + s, from_camera + from_light[s] + terms.merge_factors[i] +
                              terms.count(technique_kind::merge) + terms.merge_area);
     }
@@ -451,7 +537,7 @@ inline double weight_in_float(const weight_terms& terms) {
         const float density = static_cast<float>(std::exp(q - common));
         const float raised = terms.parameter == 2.0 ? density * density : std::pow(density, beta);
         sum += raised;
-        if (place == technique_index(n, terms.made_by))
+        if (place == place_made_by(terms))
             own = raised;
     });
     return static_cast<double>(own / sum);
@@ -498,7 +584,7 @@ inline expected_weight weight_of(const weight_terms& terms) {
         result.weight = detail::weight_in_float(terms);
         return result;
     }
-    const int own_place = technique_index(size_of(terms), terms.made_by);
+    const int own_place = detail::place_made_by(terms);
     constexpr int usual = 64;
     double kept[usual]; // densities: paths of up to 32 vertices are multiplied out once
     int visited = 0;
@@ -506,7 +592,7 @@ inline expected_weight weight_of(const weight_terms& terms) {
     double largest = log_density::zero, own = log_density::zero;
     detail::for_each_log_density(terms, [&](int place, double density) {
         if (log_density::is_missing(density))
-            result.missing = place;
+            result.missing = detail::technique_place(size_of(terms), place);
         const double q = clamped(density);
         if (visited < usual)
             kept[visited] = q;
