@@ -4,6 +4,7 @@
 #include <cmath>
 #include <memory>
 #include <tools/files.hpp>
+#include <tools/read_exr.hpp>
 
 namespace lab {
 
