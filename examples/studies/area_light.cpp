@@ -31,7 +31,6 @@ struct place {
 };
 
 enum estimator : std::size_t { bsdf_alone, light_alone, balance, power, estimators };
-constexpr std::array<const char*, estimators> names{"bsdf", "light", "balance", "power"};
 
 // What one sample adds, of the first technique (BSDF) or the second: of two samples of one, or one of each.
 double contribution(estimator e, bool is_bsdf, double f, double p_bsdf, double p_light) {
