@@ -14,6 +14,8 @@ mis_test_study(bias --largest=0,--largest=many,--per-decade=-1,--repetitions=0,-
 mis_test_study(gaussians --passes=0,--passes=many,--seed=x --passes 1000 --report-only)
 mis_test_study(low_variance --passes=0,--passes=many,--seed=x --passes 1000 --report-only)
 mis_test_study(area_light --steps=1,--steps=many,--passes=0,--seed=x --steps 6 --passes 5000)
+mis_test_study(splits --passes=0,--passes=many,--seed=x --passes 1000)
+mis_test_study(bound --weightings=0,--weightings=many,--seed=x --weightings 200)
 mis_test_study(zero_variance --walks=0,--walks=many,--longest=1,--seed=x --walks 5000 --longest 10)
 mis_test_study(scale --size=0,--scene=no_such_scene)
 mis_test_study(alpha --size=0,--passes=1,--repetitions=many,--radius=0,--seed=x
