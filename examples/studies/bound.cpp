@@ -3,9 +3,10 @@
 // against the best of many random weightings, all by quadrature; and what optimal weights, which may be
 // negative and are not bound so, make of it. Writes bound.csv. docs/heuristics.md tells what it shows.
 //
-// A weighting is the weight of the first technique in each of 200 cells of equal mean density; the other's is
-// the rest. The first half of all is drawn blindly, in different ways; each of the second half is the best so
-// far, changed in a few cells: blind ones are never near to the best in 200 dimensions.
+// A weighting is the weight of the first technique in each of 200 cells, which are made of points with alike
+// weights by balance, and have as much of the integral each; the other technique's weight is the rest. The
+// first half of all is drawn blindly, in different ways; each of the second half is the best so far, changed
+// in some cells: blind ones are hardly ever near to the best in 200 dimensions.
 #include "optimal_model.hpp"
 #include "study.hpp"
 
