@@ -73,7 +73,7 @@ do for [k = 1:3] {
     set bmargin at screen 0.16
     set ylabel (k == 1 ? "variance over the least" : "")
     set title sprintf("a sample for a peak costs %d", ratio)
-    if (k == 3) { set key at graph 0.98,0.5 samplen 2 } else { set key off }
+    if (k == 3) { set key at graph 0.98,0.5 samplen 2 opaque } else { set key off }
     plot pilots using 2:(column(1) == ratio ? column(6) : NaN) with lines lw 2 dt 2 lc rgb "#555555" title "equal counts", \
          "" using 2:(column(1) == ratio && column(3) == 0 ? column(5) : NaN) with linespoints lw 2 dt 3 pt 6 lc rgb "#c03020" title "95 % of pilots are below", \
          "" using 2:(column(1) == ratio && column(3) == 0 ? column(4) : NaN) with linespoints lw 2.5 pt 7 lc rgb "#c03020" title "median", \
