@@ -35,9 +35,9 @@ struct draw {
     dvec3 f{0};
     pair p{1, 1};
 };
-class direct_light {
+class lit_scene {
 public:
-    virtual ~direct_light() = default;
+    virtual ~lit_scene() = default;
     virtual int surface(std::size_t pixel) const = 0; // -1: no direct light to estimate
     virtual draw sample(std::size_t pixel, technique by, pcg32& rng) const = 0;
 
@@ -46,7 +46,7 @@ public:
     double exposure = 1;
 };
 
-class on_plates : public direct_light {
+class on_plates : public lit_scene {
 public:
     explicit on_plates(int size) {
         name = "plates";
@@ -69,7 +69,23 @@ private:
     plates::seen_points points;
 };
 
-class in_renderer : public direct_light {
+// The first vertex along a ray, in scenes without media.
+std::optional<bpt::vertex<double>> meet(const bpt::scene<double>& s, const dvec3& origin, const dvec3& to) {
+    const auto hit = bpt::intersect(s, origin, to);
+    if (!hit)
+        return s.environment < 0 ? std::nullopt
+                                 : std::optional(bpt::light_vertex(s, s.environment, dvec3(0), to));
+    if (hit->light >= 0)
+        return bpt::light_vertex(s, hit->light, hit->position, hit->normal);
+    bpt::vertex<double> x;
+    x.point = *hit;
+    x.material = &s.materials[static_cast<std::size_t>(hit->material)];
+    x.kind = bpt::is_dirac(*x.material) ? mis::vertex_kind::dirac : mis::vertex_kind::surface;
+    x.towards_previous = -to;
+    return x;
+}
+
+class in_renderer : public lit_scene {
 public:
     in_renderer(const std::string& of, int size) : s(bpt::make_scene<double>(of)) {
         name = of;
@@ -81,10 +97,7 @@ public:
         for (int i = 0; i < size * size; ++i) {
             const dvec3 leaving = bpt::film_to_direction(s.camera, lens, 2 * (i % size + 0.5) / size - 1,
                                                          1 - 2 * (i / size + 0.5) / size);
-            auto x =
-                bpt::meet(s, bpt::walk_kind::from_camera, bpt::ray<double>{lens.point.position, leaving});
-            if (x)
-                x->towards_previous = -leaving;
+            const auto x = meet(s, lens.point.position, leaving);
             seen.push_back(x && bpt::can_join(*x) ? x : std::nullopt);
         }
     }
@@ -93,7 +106,7 @@ public:
         const vertex& x = *seen[pixel];
         if (by == bsdf) {
             const dvec3 to = bpt::sample(*x.material, x.point, x.towards_previous, rng);
-            const auto y = bpt::meet(s, bpt::walk_kind::from_camera, bpt::ray<double>{x.point.position, to});
+            const auto y = meet(s, x.point.position, to);
             return y && bpt::is_light(*y) ? found(x, *y, to) : draw{};
         }
         const int i = bpt::pick_light(s, &bpt::light<double>::select_next_event, rng);
@@ -101,7 +114,7 @@ public:
             bpt::sample_light_point(s, i, s.lights[static_cast<std::size_t>(i)].lobe_share_next_event, rng);
         const dvec3 to = bpt::direction(x, y);
         const draw d = found(x, y, to);
-        return plates::sum_of(d.f) > 0 && bpt::sees(s, x.point.position, y, to) ? d : draw{};
+        return plates::sum_of(d.f) > 0 && bpt::between(s, x, y, to) ? d : draw{};
     }
 
 private:
@@ -127,7 +140,7 @@ constexpr int most_pilots = 64;
 using pixel_pilot = mis::pilot<2, 1, float, 2 * most_pilots>;
 
 // As many samples of each technique as `taken` says, weighed by the counts that were expected.
-dvec3 combine(const direct_light& s, std::size_t pixel, const pair& counts, const std::array<int, 2>& taken,
+dvec3 combine(const lit_scene& s, std::size_t pixel, const pair& counts, const std::array<int, 2>& taken,
               pcg32& rng, pixel_pilot* pilot = nullptr) {
     dvec3 sum(0);
     for (const technique by : {bsdf, light})
@@ -161,7 +174,7 @@ template <class Work> void in_parallel(int count, int threads, const Work& work)
 
 // An image, row by row, each with random numbers of its own; render(pixel, rng).
 template <class Render>
-void for_each_pixel(const direct_light& s, const options& o, std::uint64_t seed, const Render& render) {
+void for_each_pixel(const lit_scene& s, const options& o, std::uint64_t seed, const Render& render) {
     in_parallel(s.height, o.threads, [&](int y) {
         std::seed_seq seeds{std::uint32_t(seed), std::uint32_t(seed >> 32), std::uint32_t(y)};
         pcg32 rng(seeds);
@@ -173,7 +186,7 @@ void for_each_pixel(const direct_light& s, const options& o, std::uint64_t seed,
     });
 }
 
-image render_equal(const direct_light& s, const options& o, std::uint64_t seed) {
+image render_equal(const lit_scene& s, const options& o, std::uint64_t seed) {
     image result(s.width, s.height);
     const int half = o.rays / 2;
     for_each_pixel(s, o, seed, [&](std::size_t pixel, pcg32& rng) {
@@ -184,8 +197,8 @@ image render_equal(const direct_light& s, const options& o, std::uint64_t seed) 
 
 // Counts for the pixels of each tile that show the same surface, from the pilots of these and of those
 // around.
-void find_counts(const direct_light& s, const options& o, double budget,
-                 const std::vector<pixel_pilot>& pilots, std::vector<pair>& counts) {
+void find_counts(const lit_scene& s, const options& o, double budget, const std::vector<pixel_pilot>& pilots,
+                 std::vector<pair>& counts) {
     mis::allocation_options keep;
     keep.least_share = o.least_share;
     keep.tolerance = 1e-3;
@@ -218,7 +231,7 @@ struct allocated {
     double searched = 0; // seconds that the search for counts takes
 };
 
-allocated render_allocated(const direct_light& s, const options& o, std::uint64_t seed) {
+allocated render_allocated(const lit_scene& s, const options& o, std::uint64_t seed) {
     const int each = pilots_of_each(o);
     const double budget = o.rays - 2 * each, part = 2.0 * each / o.rays;
     std::vector<pixel_pilot> pilots(std::size_t(s.width * s.height));
@@ -268,23 +281,17 @@ struct runs {
     }
 };
 
-// Blue: BSDF samples, orange: light samples.
-dvec3 split_color(double light_share) {
-    const dvec3 blue(0.15, 0.33, 0.74), white(0.95), orange(0.91, 0.44, 0.0);
-    return light_share < 0.5 ? mix(blue, white, 2 * light_share) : mix(white, orange, 2 * light_share - 1);
-}
-
-image to_picture(const direct_light& s, const image& m) {
+image to_picture(const lit_scene& s, const image& m) {
     image shown = m;
     for (dvec3& pixel : shown.pixels)
         for (int c = 0; c < 3; ++c)
             pixel[c] = detail::to_srgb(1 - std::exp(-s.exposure * std::max(0.0, pixel[c])));
     return shown;
 }
-image split_picture(const direct_light& s, const image& split) {
+image split_picture(const lit_scene& s, const image& split) {
     image shown = split;
     for (std::size_t i = 0; i < shown.pixels.size(); ++i)
-        shown.pixels[i] = s.surface(i) >= 0 ? split_color(split.pixels[i].x) : dvec3(0.25);
+        shown.pixels[i] = s.surface(i) >= 0 ? plates::weight_color(1 - split.pixels[i].x) : dvec3(0.25);
     return shown;
 }
 image above(const image& top, const image& bottom) {
@@ -304,7 +311,7 @@ struct comparison {
     image equal;
 };
 
-comparison compare(const direct_light& s, const options& o) {
+comparison compare(const lit_scene& s, const options& o) {
     const auto pixels = std::size_t(s.width * s.height);
     constexpr int across = 4;
     runs equal(pixels), learned(pixels), part_equal(pixels), part_learned(pixels);
@@ -367,12 +374,12 @@ comparison compare(const direct_light& s, const options& o) {
 bool run(const options& o) {
     csv_file csv(o.output, "direct_allocation.csv",
                  "scene,rays,pilot_rays,variance_of_equal_over_it,standard_error,light_share");
-    std::vector<std::unique_ptr<direct_light>> scenes;
+    std::vector<std::unique_ptr<lit_scene>> scenes;
     scenes.push_back(std::make_unique<on_plates>(o.size));
     for (const char* name : {"cornell", "spheres", "glossy", "smooth", "environment"})
         scenes.push_back(std::make_unique<in_renderer>(name, o.size));
     std::vector<panel> panels;
-    const color_bar bar{split_color, "all BSDF samples", "all light samples"};
+    const color_bar bar{plates::weight_color, "all light samples", "all BSDF samples"};
     bool good = true;
     double product = 1, largest = 0;
     std::printf("%d rays in each pixel, %d of them pilots; %d runs\n", o.rays, 2 * pilots_of_each(o), o.runs);
