@@ -5,6 +5,7 @@
 #include <doctest/doctest.h>
 #include <lab/optimal.hpp>
 #include <lab/weigh.hpp>
+#include <mis/allocation.hpp>
 #include <mis/media.hpp>
 #include <mis/mis.hpp>
 #include <mis/optimal.hpp> // the only part that needs Eigen
@@ -487,4 +488,28 @@ state = mis::next_draw(state, densities, own); // of this draw, by each method; 
 L += mis::term_weight(mis::balance, state, own) * throughput * emitted;
     // clang-format on
     CHECK(L == doctest::Approx(throughput * 8 / 9));
+}
+
+TEST_CASE("allocation") {
+    const double f[] = {1, 2, 3}, densities[] = {1, 0.5}, pilot_density = 1.5, budget = 12, u = 0.3;
+    // clang-format off
+mis::pilot<2, 3> pixel; // two techniques, three channels
+
+pixel.add(f, densities, pilot_density); // every pilot sample: f, p of both techniques, and sum n p of the pilot's
+pixel.passes += 1;                      // after each pass of the pilot
+
+const double costs[] = {1, 2}; // of a sample of each, in rays, say
+const auto found = mis::allocate(pixel, costs, budget);
+
+int samples[2];
+mis::round_counts(found.counts, 2, u, samples); // u uniform in [0, 1)
+    // clang-format on
+    CHECK(found.counts[0] + 2 * found.counts[1] == doctest::Approx(12));
+    CHECK(samples[0] + samples[1] >= 6);
+    double image = 0;
+    const double share = 0.25, later = 1;
+    // clang-format off
+image = share * mis::integral(pixel)[0] + (1 - share) * later;
+    // clang-format on
+    CHECK(image == doctest::Approx(0.25 / 1.5 + 0.75));
 }

@@ -175,8 +175,13 @@ private:
         return &records[at];
     }
     template <class Value, class Relative>
-    void store(const Value& contribution, const Relative& relative, double own) {
+    void store(const Value& contribution, const Relative& any_relative, double own) {
         const int m = size();
+        // What is below takes no part, and would only slow down sums of its squares.
+        const auto relative = [&](int k) {
+            const double x = any_relative(k);
+            return x > detail::least_relative ? x : 0;
+        };
         int covering = 0, only = 0;
         bool is_zero = true, good = own > detail::least_relative && own < detail::largest_relative;
         for (int k = 0; k < m; ++k)
@@ -395,7 +400,7 @@ struct allocation_options {
     // What no technique's share of the budget c_k N_k / C is below, at most 1 / M. From few pilot samples,
     // leave some: a technique that gets nothing is not there for what the pilot has not seen.
     double least_share = 0;
-    int most_iterations = 200; // of each descent
+    int most_iterations = 300; // steps that each descent tries
     allocation_method method = allocation_method::newton;
 };
 
@@ -407,7 +412,7 @@ template <int M> struct allocation {
     // - V, where there is no least share. For optimal weights, whose variance is convex, no counts at all
     // have a variance below variance - gap, of these samples.
     double gap = 0;
-    int iterations = 0;     // of all descents
+    int iterations = 0;     // steps tried, of all descents
     bool converged = false; // within the tolerance, or to what rounding leaves
 
     explicit allocation(int m) : counts(m) {}
@@ -604,9 +609,8 @@ void descend(const Differentiate& differentiate, double least, const allocation_
             d.gap <= options.tolerance * larger(0.0, d.at.value) + 64 * epsilon * d.at.second_moment;
         if (d.converged || d.iterations >= options.most_iterations || !d.at.covered)
             return;
-        ++d.iterations;
         bool found = false;
-        for (int attempt = 0; attempt < 60 && !found; ++attempt) {
+        for (int attempt = 0; attempt < 24 && !found && d.iterations < options.most_iterations; ++attempt) {
             double predicted = 0; // to first order
             for (int k = 0; k < m; ++k)
                 next[k] = d.shares[k];
@@ -624,6 +628,7 @@ void descend(const Differentiate& differentiate, double least, const allocation_
             }
             for (int k = 0; k < m; ++k)
                 predicted += d.at.gradient[k] * (next[k] - d.shares[k]);
+            ++d.iterations;
             differentiate(next, there);
             // where rounding hides what a step gains, the gap has to shrink
             const bool hidden = there.value < d.at.value + 64 * epsilon * d.at.second_moment;
@@ -655,6 +660,18 @@ template <int M, class Costs> double normalize_costs(const Costs& costs, int m, 
     return largest;
 }
 
+// Shares in proportion to `start`, or equal ones, moved a tenth of the way to equal shares, so that every
+// sample is covered.
+template <int M> void start_from(const double* start, int m, double least, numbers<M, double>& shares) {
+    double sum = 0;
+    for (int k = 0; start && k < m; ++k)
+        sum += larger(start[k], 0.0);
+    for (int k = 0; k < m; ++k) {
+        const double share = sum > 0 ? 0.9 * larger(start[k], 0.0) / sum + 0.1 / m : 1.0 / m;
+        shares[k] = least + (1 - m * least) * share;
+    }
+}
+
 template <int M>
 void fill_allocation(const descent<M>& d, const numbers<M, double>& costs, double budget, double square,
                      int m, allocation<M>& result) {
@@ -670,14 +687,16 @@ void fill_allocation(const descent<M>& d, const numbers<M, double>& costs, doubl
 // The counts that the balance heuristic's variance is least with, summed over channels and pilots, and that
 // cost `budget`: one set of counts for all of the pilots.
 //   costs    of a sample of each technique, [k], > 0, within 1e60 of one another;
-//   budget   C > 0, in the same units.
-// V is not convex: there may be several minima. So there are M + 2 descents: from equal shares of the budget,
-// from the counts that are best for the first integral of V, which is convex, and from near each technique
-// alone; the best is taken. Without samples: equal shares. A technique that adds nothing gets exactly 0 where
-// the least share is 0.
+//   budget   C > 0, in the same units;
+//   start    shares of the budget, [k], of any sum, to start from, such as those of a neighbour; or null.
+// V is not convex: there may be several minima. So without a start there are M + 2 descents: from equal
+// shares, from the counts that are best for the first integral of V, which is convex, and from near each
+// technique alone; the best is taken. Without samples: equal shares, or the start's. A technique that adds
+// nothing gets exactly 0 where the least share is 0.
 template <class Pilot, class Costs>
 allocation<Pilot::techniques> allocate(const Pilot* pilots, std::size_t count, const Costs& costs,
-                                       double budget, const allocation_options& options = {}) {
+                                       double budget, const allocation_options& options = {},
+                                       const double* start = nullptr) {
     constexpr int M = Pilot::techniques;
     assert(count > 0 && budget > 0);
     const detail::pilots<Pilot> all(pilots, count);
@@ -693,29 +712,42 @@ allocation<Pilot::techniques> allocate(const Pilot* pilots, std::size_t count, c
     };
     detail::descent<M> best(m);
     allocation<M> result(m);
-    for (int start = -2; start < m; ++start) {
-        detail::descent<M> d(m);
-        for (int k = 0; k < m; ++k) {
-            const double wanted = start < 0 ? 1.0 / m : (k == start ? 0.9 : 0) + 0.1 / m;
-            d.shares[k] = least + (1 - m * least) * wanted;
-        }
-        if (start == -1) {
-            detail::descend<M>(of_squares, least, options, d, m);
-            result.iterations += d.iterations;
-            d.iterations = 0;
-        }
+    const auto descend_from = [&](detail::descent<M>& d) {
         detail::descend<M>(with_means, least, options, d, m);
         result.iterations += d.iterations;
-        if (start == -2 || (d.at.covered && d.at.value < best.at.value - 1e-12 * d.at.second_moment))
+    };
+    detail::start_from(start, m, least, best.shares);
+    descend_from(best);
+    const auto keep_better = [&](detail::descent<M>& d) {
+        d.iterations = 0;
+        descend_from(d);
+        if (d.at.covered && d.at.value < best.at.value - 1e-12 * d.at.second_moment)
             best = d;
+    };
+    if (!start) {
+        detail::descent<M> of_second_moment(m);
+        detail::start_from(nullptr, m, least, of_second_moment.shares);
+        detail::descend<M>(of_squares, least, options, of_second_moment, m);
+        result.iterations += of_second_moment.iterations;
+        keep_better(of_second_moment);
+    }
+    const int corners = start || m == 1 ? 0 : m == 2 ? 2 : 2 * m;
+    for (int corner = 0; corner < corners; ++corner) {
+        detail::descent<M> d(m);
+        detail::numbers<M, double> wanted(m);
+        for (int k = 0; k < m; ++k) // one technique, then all but one
+            wanted[k] = (corner < m) == (corner % m == k) ? 1 : 0;
+        detail::start_from(&wanted[0], m, least, d.shares);
+        keep_better(d);
     }
     detail::fill_allocation(best, c, scaled_budget, all.unit(), m, result);
     return result;
 }
 template <class Pilot, class Costs>
 allocation<Pilot::techniques> allocate(const Pilot& pilot, const Costs& costs, double budget,
-                                       const allocation_options& options = {}) {
-    return mis::allocate(&pilot, 1, costs, budget, options);
+                                       const allocation_options& options = {},
+                                       const double* start = nullptr) {
+    return mis::allocate(&pilot, 1, costs, budget, options, start);
 }
 
 // Whole counts at random, whose expectation is `counts`, and with that the expected cost, too; each is its

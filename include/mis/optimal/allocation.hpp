@@ -170,13 +170,7 @@ allocation<Pilot::techniques> allocate(const Pilot* pilots, std::size_t count, c
         detail::differentiate_optimal(all, t, c, result);
     };
     mis::detail::descent<M> d(m);
-    double sum = 0;
-    for (int k = 0; start && k < m; ++k)
-        sum += mis::detail::larger(start[k], 0.0);
-    for (int k = 0; k < m; ++k) { // a part is equal, wherever it starts
-        const double share = sum > 0 ? 0.9 * mis::detail::larger(start[k], 0.0) / sum + 0.1 / m : 1.0 / m;
-        d.shares[k] = least + (1 - m * least) * share;
-    }
+    mis::detail::start_from(start, m, least, d.shares);
     mis::detail::descend<M>(differentiate, least, options, d, m);
     allocation<M> result(m);
     result.iterations = d.iterations;
