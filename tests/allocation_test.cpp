@@ -180,6 +180,7 @@ template <int M = mis::dynamic> mis::pilot<M> all_of(const problem& s) {
             all.add_outside(k, 1, 1 - inside);
     }
     all.passes = 1;
+    all.is_quadrature = true;
     return all;
 }
 
@@ -287,6 +288,7 @@ struct on_the_fly {
     static constexpr int techniques = 2, channels = 1;
     const problem* s;
     double passes = 1, importance = 1;
+    bool is_quadrature = true;
     std::array<double, 2> outside{};
 
     int size() const { return 2; }
@@ -301,48 +303,62 @@ struct on_the_fly {
 
 } // namespace
 
-TEST_CASE("variance of counts: the definition's; gradient and Hessian: its central differences") {
-    generator g(51);
+namespace {
+
+// Greatest errors of a variance of counts, relative to its second moment: of the value and its gradient, by
+// an oracle and its central differences, and of the Hessian, by the gradient's.
+struct derivative_errors {
     double value = 0, gradient = 0, hessian = 0;
-    for (int sample = 0; sample < 300; ++sample) {
-        const problem s = random_problem(g, g.integer(1, 5), 30, true);
-        const auto m = static_cast<std::size_t>(s.techniques());
-        numbers n(m);
-        for (double& x : n)
-            x = g.log_uniform<double>(-1, 2);
-        const auto all = all_of(s);
-        for (const bool optimal : {false, true}) {
-            const auto at = [&](const numbers& counts) {
-                return optimal ? mis::optimal::variance_of_counts(all, counts)
-                               : mis::variance_of_counts(all, counts);
-            };
-            const auto oracle = [&](const numbers& counts) {
-                return optimal ? variance_of_optimal(s, counts) : variance_of_balance(s, counts);
-            };
-            const auto d = at(n);
-            value = std::max(value, std::fabs(d.value - oracle(n)) / d.second_moment);
-            for (std::size_t k = 0; k < m; ++k) {
-                const double h = 1e-4 * n[k];
-                numbers more = n, less = n;
-                more[k] += h, less[k] -= h;
-                const double scale = d.second_moment / n[k];
-                const double slope = (oracle(more) - oracle(less)) / (2 * h);
-                gradient = std::max(gradient, std::fabs(d.gradient[static_cast<int>(k)] - slope) / scale);
-                const auto up = at(more), down = at(less);
-                for (std::size_t l = 0; l < m; ++l) {
-                    const int i = static_cast<int>(l);
-                    const double bend = (up.gradient[i] - down.gradient[i]) / (2 * h);
-                    hessian = std::max(hessian, std::fabs(d.hessian[static_cast<int>(k * m + l)] - bend) /
-                                                    scale * n[l]);
-                }
+
+    template <class At, class Oracle> void see(const At& at, const Oracle& oracle, const numbers& n) {
+        const auto d = at(n);
+        value = std::max(value, std::fabs(d.value - oracle(n)) / d.second_moment);
+        for (std::size_t k = 0; k < n.size(); ++k) {
+            const double h = 1e-4 * n[k], scale = d.second_moment / n[k];
+            numbers more = n, less = n;
+            more[k] += h, less[k] -= h;
+            const double slope = (oracle(more) - oracle(less)) / (2 * h);
+            gradient = std::max(gradient, std::fabs(d.gradient[static_cast<int>(k)] - slope) / scale);
+            const auto up = at(more), down = at(less);
+            for (std::size_t l = 0; l < n.size(); ++l) {
+                const int i = static_cast<int>(l);
+                const double bend = (up.gradient[i] - down.gradient[i]) / (2 * h);
+                hessian = std::max(hessian, std::fabs(d.hessian[static_cast<int>(k * n.size() + l)] - bend) /
+                                                scale * n[l]);
             }
         }
     }
+    void check() const {
+        CHECK(value <= 1e-12);
+        CHECK(gradient <= 1e-6);
+        CHECK(hessian <= 1e-6);
+    }
+};
+
+numbers random_counts(generator& g, int m) {
+    numbers n(static_cast<std::size_t>(m));
+    for (double& x : n)
+        x = g.log_uniform<double>(-1, 2);
+    return n;
+}
+
+} // namespace
+
+TEST_CASE("variance of counts: the definition's; gradient and Hessian: its central differences") {
+    generator g(51);
+    derivative_errors worst;
+    for (int sample = 0; sample < 300; ++sample) {
+        const problem s = random_problem(g, g.integer(1, 5), 30, true);
+        const numbers n = random_counts(g, s.techniques());
+        const auto all = all_of(s);
+        worst.see([&](const numbers& counts) { return mis::variance_of_counts(all, counts); },
+                  [&](const numbers& counts) { return variance_of_balance(s, counts); }, n);
+        worst.see([&](const numbers& counts) { return mis::optimal::variance_of_counts(all, counts); },
+                  [&](const numbers& counts) { return variance_of_optimal(s, counts); }, n);
+    }
     std::printf("largest errors relative to the second moment: variance %.2g, gradient %.2g, Hessian %.2g\n",
-                value, gradient, hessian);
-    CHECK(value <= 1e-12);
-    CHECK(gradient <= 1e-6);
-    CHECK(hessian <= 1e-6);
+                worst.value, worst.gradient, worst.hessian);
+    worst.check();
 }
 
 TEST_CASE("simulation tells the formula from the printed one, which has a factor n too many") {
@@ -540,6 +556,7 @@ TEST_CASE("several integrals and channels are the sum of their variances times i
     for (int k = 0; k < 3; ++k)
         channels.outside[k] += all_of(a).outside[k];
     channels.passes = 1;
+    channels.is_quadrature = true;
     CHECK(mis::variance_of_counts(channels, n).value ==
           doctest::Approx(variance_of_balance(a, n) + variance_of_balance(c, n)).epsilon(1e-12));
     CHECK(mis::optimal::variance_of_counts(channels, n).value ==
@@ -564,6 +581,131 @@ TEST_CASE("parts of a pilot add up, in any order; the pilot's own estimate") {
     CHECK(mis::integral(mis::pilot<2>{})[0] == 0);
 }
 
+TEST_CASE("a random pilot: V is that of a sum over pairs of samples, with its derivatives") {
+    generator g(61);
+    derivative_errors worst;
+    for (int run = 0; run < 100; ++run) {
+        const problem s = random_problem(g, g.integer(1, 4), 12, true);
+        const auto m = static_cast<std::size_t>(s.techniques());
+        const int passes = g.integer(1, 4);
+        const auto pilot = samples_of(s, passes, g);
+        const auto in_pairs = [&](const numbers& n) {
+            struct seen {
+                std::vector<long double> p;
+                long double added, square;
+            };
+            std::vector<seen> all; // f / (q D), f^2 / (q D), of a pass
+            pilot.for_each([&](const double* u, double q, const double* y) {
+                seen x{{}, 0, 0};
+                long double d = 0;
+                for (std::size_t k = 0; k < m; ++k) {
+                    x.p.push_back(static_cast<long double>(u[k]));
+                    d += static_cast<long double>(n[k]) * x.p.back();
+                }
+                const auto contribution = static_cast<long double>(y[0]);
+                x.added = contribution / d / passes;
+                x.square = contribution * contribution * static_cast<long double>(q) / d / passes;
+                all.push_back(x);
+            });
+            long double v = 0;
+            for (std::size_t a = 0; a < all.size(); ++a) {
+                v += all[a].square;
+                for (std::size_t b = 0; b < all.size(); ++b)
+                    for (std::size_t k = 0; a != b && k < m; ++k)
+                        v -= static_cast<long double>(n[k]) * all[a].p[k] * all[a].added * all[b].p[k] *
+                             all[b].added;
+            }
+            return static_cast<double>(v);
+        };
+        worst.see([&](const numbers& n) { return mis::variance_of_counts(pilot, n); }, in_pairs,
+                  random_counts(g, s.techniques()));
+    }
+    worst.check();
+}
+
+TEST_CASE("pilots of one pass each, however many, do not take a bad technique for a good one") {
+    // A peak that the second technique samples perfectly, and the first, which makes the pilots, seldom
+    // finds.
+    const problem s{{normalized(numbers(100, 1.0)), numbers(100, 0.0)}, numbers(100, 0.0)};
+    problem peak = s;
+    peak.p[1][7] = 1, peak.f[7] = 1;
+    generator g(62);
+    std::vector<mis::pilot<2>> pixels(10'000);
+    for (auto& pixel : pixels) {
+        const std::size_t x = draw(peak.p[0], g);
+        pixel.add(peak.f[x], std::array<double, 2>{peak.p[0][x], peak.p[1][x]}, peak.p[0][x]);
+        pixel.passes = 1;
+    }
+    const auto a = mis::allocate(pixels.data(), pixels.size(), numbers{1, 1}, 1);
+    CHECK(a.counts[1] > 1 - 1e-6);
+    CHECK(a.converged);
+    // One sample: the technique that alone could make it gets all.
+    mis::pilot<2> single;
+    single.add(1, std::array<double, 2>{100, 0}, 1);
+    single.passes = 1;
+    CHECK(mis::allocate(single, numbers{1, 1}, 1).counts[0] == doctest::Approx(1).epsilon(1e-9));
+}
+
+TEST_CASE("a pilot so small that its V is negative: counts for the first integral, not converged") {
+    mis::pilot<3> p; // one sample of each technique, all in one place, where the first has nearly all density
+    for (int k = 0; k < 3; ++k)
+        p.add(1, std::array<double, 3>{0.98, 0.01, 0.01}, 1);
+    p.passes = 1;
+    CHECK(mis::variance_of_counts(p, numbers{1, 1, 1}).value < 0);
+    const auto a = mis::allocate(p, numbers{1, 1, 1}, 3);
+    CHECK(!a.converged);
+    CHECK(a.counts[0] == doctest::Approx(3).epsilon(1e-9));
+    CHECK(a.variance > 0);
+}
+
+TEST_CASE("bad costs, budgets, starts, importances and sizes: nothing is spent on them") {
+    constexpr double nan = std::numeric_limits<double>::quiet_NaN(),
+                     infinity = std::numeric_limits<double>::infinity();
+    const problem s = known_problems()[0];
+    const auto all = all_of(s);
+    const numbers costs{1, 2};
+    const auto expected = mis::allocate(all, costs, 5);
+#ifdef NDEBUG // else asserted
+    for (const numbers& bad : {numbers{0, 1}, numbers{nan, 1}, numbers{infinity, 1}, numbers{-1, 1}})
+        for (const auto& a : {mis::allocate(all, bad, 5), mis::optimal::allocate(all, bad, 5)}) {
+            CHECK(!a.converged);
+            CHECK(std::fabs(a.counts[0]) + std::fabs(a.counts[1]) <= 0);
+        }
+    for (const double bad : {0.0, -1.0, nan, infinity})
+        CHECK(!mis::allocate(all, costs, bad).converged);
+#endif
+    for (const numbers& bad :
+         {numbers{nan, 1}, numbers{infinity, 1}, numbers{1e308, 1e308}, numbers{-1, -2}}) {
+        const auto a = mis::allocate(all, costs, 5, {}, bad.data());
+        CHECK(a.converged);
+        CHECK(a.variance == doctest::Approx(expected.variance).epsilon(1e-5));
+    }
+    // A black pixel, 1 / 0 of importance, among others; and pixels that nothing was ever added to.
+    std::vector<mis::pilot<mis::dynamic>> tile(4);
+    tile[1] = tile[2] = all;
+    tile[2].importance = infinity;
+    for (const auto& a : {mis::allocate(tile.data(), tile.size(), costs, 5),
+                          mis::optimal::allocate(tile.data(), tile.size(), costs, 5)}) {
+        CHECK(a.converged);
+        CHECK(a.variance > 0);
+    }
+    CHECK(mis::allocate(tile.data(), tile.size(), costs, 5).counts[0] ==
+          doctest::Approx(expected.counts[0]).epsilon(1e-6));
+    // Sums with one without techniques, and with itself.
+    mis::pilot<mis::dynamic> sum;
+    sum += all;
+    sum += sum;
+    CHECK(sum.samples == 2 * all.samples);
+    CHECK(sum.passes == 2);
+    CHECK(mis::integral(sum)[0] == doctest::Approx(s.integral()));
+    // In float, what is no number of the type is left out.
+    mis::pilot<2, 1, float> f;
+    f.add(1.f, std::array<float, 2>{1e-10f, 1e-10f}, 1e30f);
+    f.add(1.f, std::array<float, 2>{1e12f, 1e12f}, 1e-38f);
+    CHECK(f.left_out == 2);
+    CHECK(f.samples == 0);
+}
+
 TEST_CASE_TEMPLATE("units do not matter, over the whole range of the scalar", T, float, double) {
     generator g(59);
     const problem s = known_problems()[1];
@@ -572,6 +714,7 @@ TEST_CASE_TEMPLATE("units do not matter, over the whole range of the scalar", T,
         for (std::size_t x = 0; x < s.cells(); ++x)
             p.add(T(s.f[x]) * f_unit, std::array<T, 2>{T(s.p[0][x]) * p_unit, T(s.p[1][x]) * p_unit}, p_unit);
         p.passes = 1;
+        p.is_quadrature = true;
         return p;
     };
     const numbers costs{1, 2};
@@ -714,6 +857,7 @@ TEST_CASE("techniques, channels and capacity that are known: nothing is allocate
     for (std::size_t x = 0; x < s.cells(); ++x)
         p.add(float(s.f[x]), std::array<float, 2>{float(s.p[0][x]), float(s.p[1][x])}, 1);
     p.passes = 1;
+    p.is_quadrature = true;
     const auto a = mis::allocate(p, costs, 5);
     const int after = news;
     CHECK(after == before);

@@ -40,4 +40,4 @@ mis_test_study(environment
                --map ${environments}/good.hdr --size 16 --runs 2 --reference-samples 128 --report-only)
 mis_test_study(allocation --seeds=1,--seeds=many,--steps=0,--seed=x --seeds 3 --steps 10 --report-only)
 mis_test_study(direct_allocation --size=3,--rays=0,--rays=many,--runs=1,--least-share=1,--around=-1,--threads=0,--seed=x
-               --size 16 --runs 2 --report-only)
+               --size 16 --runs 8 --report-only)

@@ -53,6 +53,7 @@ pilot by_quadrature(const setup& s) {
     for (int k = 0; k < techniques; ++k)
         all.add_outside(k, 1, std::max(0.0, 1 - inside[static_cast<std::size_t>(k)]));
     all.passes = 1;
+    all.is_quadrature = true;
     return all;
 }
 

@@ -327,7 +327,7 @@ comparison compare(const lit_scene& s, const options& o) {
         seconds +=
             o.threads * std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
         const allocated b = render_allocated(s, o, seed + 2);
-        searched += b.searched;
+        searched += o.threads * b.searched;
         for (auto* r : {&equal, &part_equal})
             r->add(a);
         for (auto* r : {&learned, &part_learned})
@@ -408,7 +408,7 @@ bool run(const options& o) {
     const double mean = std::pow(product, 1 / double(scenes.size()));
     good &= report(mean >= 1.3, text("geometric mean over the scenes: %.3f (bar: 1.3)", mean));
     good &= report(largest <= 6, text("means of 4 x 4 blocks of all scenes: at most %.1f standard errors "
-                                      "apart (bar: 6, false alarms for 2 seeds of 1000)",
+                                      "apart (bar: 6, by chance with 2 seeds of 1000 if there are 16 runs)",
                                       largest));
     return good;
 }
@@ -423,7 +423,7 @@ int main(int count, char** arguments) {
     options o;
     add_common(app, o);
     add_number(app, "--rays", o.rays, "in each pixel", 8, 16 * most_pilots);
-    add_number(app, "--runs", o.runs, "of each image", 2, 100000);
+    add_number(app, "--runs", o.runs, "of each image", 8, 100000);
     add_number(app, "--tile", o.tile, "width in pixels that share their counts", 1, 64);
     add_number(app, "--around", o.around, "pixels around a tile, of which the pilots count", 0, 16);
     add_number(app, "--least-share", o.least_share, "of each technique", 0, 0.5);

@@ -9,7 +9,9 @@
 // (the printed formula has a factor n in the first integral that does not belong there), and
 //   dV/dN_k = - int f^2 p_k / D^2 - m_k^2 + 2 sum_i N_i m_i int p_i p_k f / D^2.
 // The counts that are looked for spend a budget: sum c_k N_k = C, N_k >= 0, with c_k the cost of a sample.
-// All integrals are sums over the pilot's samples, each divided by the pilot's density.
+// All integrals are sums over the pilot's samples, each divided by the pilot's density. m_i^2 is a sum over
+// pairs of samples, of which none is paired with itself: the square of a sum of few samples would be too
+// large, and with it V too small, most where a technique is bad.
 //
 // Counts are real numbers and expected ones: round_counts makes whole ones of them, at random, and weights
 // use the expected counts whatever was drawn. Several channels, and several integrals, such as the pixels of
@@ -17,6 +19,8 @@
 //
 // A technique that alone covers a pilot sample with f != 0 never gets the count 0, because V is infinite
 // there. What no pilot sample has seen is not known: from few samples, leave every technique a least share.
+// And V is that of real counts: random whole ones, round_counts, add up to about (m_i - m_k)^2 / 4, so let a
+// budget be several samples of each.
 #pragma once
 
 #include <array>
@@ -58,7 +62,9 @@ template <int M, int Channels = 1, class T = double, int Capacity = dynamic> str
     static constexpr int techniques = M, channels = Channels;
 
     double passes = 0;                  // how many the sums over samples are the sum of
-    double importance = 1;              // what a variance of this integral counts, such as 1 / its square
+    double importance = 1;              // what a variance of this integral counts, such as 1 / its square;
+                                        // nothing if that is not finite
+    bool is_quadrature = false;         // the records are points of a quadrature, not random
     double left_out = 0;                // samples that were no numbers, or that nothing could have made
     detail::numbers<M, double> outside; // sum of 1 / n_k over draws of k where f is 0 and only k has density
     int samples = 0;
@@ -134,14 +140,24 @@ template <int M, int Channels = 1, class T = double, int Capacity = dynamic> str
         outside[k] += draws / n;
     }
 
+    // Another pilot's samples. One that has no number of techniques yet takes the other's; of one with
+    // another number, a caller's bug, all is left out.
     pilot& operator+=(const pilot& other) {
-        assert(size() == other.size());
-        const int stride = size() + 1 + Channels;
+        assert(size() == other.size() || size() == 0);
+        if (M == dynamic && size() == 0) {
+            outside = detail::numbers<M, double>(other.size());
+            is_quadrature = other.is_quadrature;
+        }
+        if (size() != other.size()) { // see above
+            left_out += other.samples + other.left_out;
+            return *this;
+        }
+        const int stride = size() + 1 + Channels, added = other.samples; // `other` may be this one
         passes += other.passes;
         left_out += other.left_out;
         for (int k = 0; k < size(); ++k)
             outside[k] += other.outside[k];
-        for (int s = 0; s < other.samples; ++s) {
+        for (int s = 0; s < added; ++s) {
             if (is_full()) {
                 ++left_out;
                 continue;
@@ -154,8 +170,8 @@ template <int M, int Channels = 1, class T = double, int Capacity = dynamic> str
     }
 
     // Calls visit(relative densities [k], pilot's relative density, contributions [c]) for every sample.
-    // Whatever has this, size(), channels, techniques, passes, importance and outside can stand for a pilot,
-    // such as one that makes its samples anew each time.
+    // Whatever has this, size(), channels, techniques, passes, importance, is_quadrature and outside can
+    // stand for a pilot, such as one that makes its samples anew each time.
     template <class Visit> void for_each(const Visit& visit) const {
         const int m = size(), stride = m + 1 + Channels;
         for (int s = 0; s < samples; ++s) {
@@ -183,7 +199,9 @@ private:
             return x > detail::least_relative ? x : 0;
         };
         int covering = 0, only = 0;
-        bool is_zero = true, good = own > detail::least_relative && own < detail::largest_relative;
+        const T stored = static_cast<T>(own);
+        bool is_zero = true, good = own > detail::least_relative && own < detail::largest_relative &&
+                                    stored > T(0) && detail::is_finite(stored);
         for (int k = 0; k < m; ++k)
             if (relative(k) > 0)
                 ++covering, only = k;
@@ -203,7 +221,7 @@ private:
         T* const r = next_record();
         for (int k = 0; k < m; ++k)
             r[k] = static_cast<T>(relative(k));
-        r[m] = static_cast<T>(own);
+        r[m] = stored;
         for (int c = 0; c < Channels; ++c)
             r[m + 1 + c] = static_cast<T>(contribution(c));
     }
@@ -250,8 +268,7 @@ template <class Pilot> struct pilots {
 
     pilots(const Pilot* all, std::size_t n) : first(all), count(n) {
         for (const Pilot& p : *this) {
-            assert(p.importance >= 0);
-            importance = larger(importance, p.importance);
+            importance = larger(importance, own_importance(p));
             p.for_each([&](const auto*, double, const auto* y) {
                 for (int c = 0; c < Pilot::channels; ++c)
                     scale = larger(scale, absolute(static_cast<double>(y[c])));
@@ -262,11 +279,20 @@ template <class Pilot> struct pilots {
     }
     const Pilot* begin() const { return first; }
     const Pilot* end() const { return first + count; }
-    int size() const { return count > 0 ? first->size() : 0; }
+    // Those that have no number of techniques yet, of dynamic ones, hold nothing and are passed by.
+    int size() const {
+        for (const Pilot& p : *this)
+            if (p.size() > 0)
+                return p.size();
+        return 0;
+    }
+    static double own_importance(const Pilot& p) {
+        return is_finite(p.importance) && p.importance > 0 ? p.importance : 0;
+    }
     double unit() const { return scale * scale * importance; }
     // A contribution in units, times the root of the pilot's importance.
     template <class T> double scaled(T y, const Pilot& p) const {
-        return static_cast<double>(y) / scale * std::sqrt(p.importance / importance);
+        return static_cast<double>(y) / scale * std::sqrt(own_importance(p) / importance);
     }
 };
 
@@ -298,6 +324,8 @@ void differentiate_balance(const pilots<Pilot>& all, const Shares& t, const Cost
         return d;
     };
     for (const Pilot& p : all) {
+        if (p.size() != m)
+            continue;
         const double per_pass = p.passes > 0 ? 1 / p.passes : 0;
         for (int c = 0; c < channels; ++c) {
             for (int k = 0; k < m; ++k)
@@ -329,6 +357,23 @@ void differentiate_balance(const pilots<Pilot>& all, const Shares& t, const Cost
                         result.hessian[k * m + l] += second * g[k] * g[l];
                         shared[k * m + l] += linear * g[k] * g[l];
                     }
+                }
+                if (!with_means || p.is_quadrature)
+                    return;
+                // What m_i^2 has of this sample paired with itself is taken out again.
+                const double itself = y * per_pass * y * per_pass;
+                double all_of_it = 0;
+                for (int k = 0; k < m; ++k) {
+                    g[k] /= d;
+                    all_of_it += t[k] * costs[k] * g[k] * g[k];
+                }
+                result.value += itself * all_of_it;
+                for (int k = 0; k < m; ++k) {
+                    const double own = costs[k] * g[k];
+                    result.gradient[k] += itself * g[k] * (own - 2 * all_of_it);
+                    for (int l = 0; l <= k; ++l)
+                        result.hessian[k * m + l] +=
+                            2 * itself * g[k] * g[l] * (3 * all_of_it - own - costs[l] * g[l]);
                 }
             });
             if (!with_means)
@@ -371,6 +416,8 @@ template <int M> void scale_derivatives(count_derivatives<M>& d, int m, double s
 //   pilots, count  an array of pilots, of the pixels of a tile, say;
 //   counts         N_k >= 0, [k].
 // Each pilot's sums are over its passes; one without passes adds nothing. In units of f^2, times importance.
+// Of a random pilot V is too large by up to sum N_i m_i^2 over the pilot's passes, and may come out negative
+// where there are few.
 template <class Pilot, class Counts>
 count_derivatives<Pilot::techniques> variance_of_counts(const Pilot* pilots, std::size_t count,
                                                         const Counts& counts) {
@@ -605,8 +652,8 @@ void descend(const Differentiate& differentiate, double least, const allocation_
     differentiate(d.shares, d.at);
     for (;;) {
         d.gap = gap_of(d.at, d.shares, m, least);
-        d.converged =
-            d.gap <= options.tolerance * larger(0.0, d.at.value) + 64 * epsilon * d.at.second_moment;
+        d.converged = is_finite(d.at.value) && d.gap <= options.tolerance * larger(0.0, d.at.value) +
+                                                            64 * epsilon * d.at.second_moment;
         if (d.converged || d.iterations >= options.most_iterations || !d.at.covered)
             return;
         bool found = false;
@@ -647,27 +694,33 @@ void descend(const Differentiate& differentiate, double least, const allocation_
     }
 }
 
-// Costs with 1 for the largest, and the budget in their units.
-template <int M, class Costs> double normalize_costs(const Costs& costs, int m, numbers<M, double>& out) {
+// Costs with 1 for the largest. Returns the budget in their units; 0 if one of them is not what it must be.
+template <int M, class Costs>
+double normalize_costs(const Costs& costs, double budget, int m, numbers<M, double>& out) {
     double largest = 0;
+    bool good = is_finite(budget) && budget > 0;
     for (int k = 0; k < m; ++k) {
         const double cost = static_cast<double>(optimal::detail::at(costs, k));
-        assert(cost > 0 && cost <= limits<double>::largest);
+        good = good && is_finite(cost) && cost > 0;
         largest = larger(largest, cost);
     }
+    assert(good);
     for (int k = 0; k < m; ++k)
-        out[k] = static_cast<double>(optimal::detail::at(costs, k)) / largest;
-    return largest;
+        out[k] = good ? static_cast<double>(optimal::detail::at(costs, k)) / largest : 1;
+    return good && m > 0 ? budget / largest : 0;
 }
 
 // Shares in proportion to `start`, or equal ones, moved a tenth of the way to equal shares, so that every
 // sample is covered.
 template <int M> void start_from(const double* start, int m, double least, numbers<M, double>& shares) {
-    double sum = 0;
-    for (int k = 0; start && k < m; ++k)
-        sum += larger(start[k], 0.0);
+    const auto wanted = [&](int k) { return start && is_finite(start[k]) ? larger(start[k], 0.0) : 0.0; };
+    double largest = 0, sum = 0;
+    for (int k = 0; k < m; ++k)
+        largest = larger(largest, wanted(k));
+    for (int k = 0; k < m; ++k)
+        sum += largest > 0 ? wanted(k) / largest : 0;
     for (int k = 0; k < m; ++k) {
-        const double share = sum > 0 ? 0.9 * larger(start[k], 0.0) / sum + 0.1 / m : 1.0 / m;
+        const double share = sum > 0 ? 0.9 * (wanted(k) / largest / sum) + 0.1 / m : 1.0 / m;
         shares[k] = least + (1 - m * least) * share;
     }
 }
@@ -689,10 +742,12 @@ void fill_allocation(const descent<M>& d, const numbers<M, double>& costs, doubl
 //   costs    of a sample of each technique, [k], > 0, within 1e60 of one another;
 //   budget   C > 0, in the same units;
 //   start    shares of the budget, [k], of any sum, to start from, such as those of a neighbour; or null.
-// V is not convex: there may be several minima. So without a start there are M + 2 descents: from equal
-// shares, from the counts that are best for the first integral of V, which is convex, and from near each
-// technique alone; the best is taken. Without samples: equal shares, or the start's. A technique that adds
-// nothing gets exactly 0 where the least share is 0.
+// V is not convex: there may be several minima. So without a start there are up to 2 M + 2 descents: from
+// equal shares, from the counts that are best for the first integral of V, which is convex, and from near
+// each technique alone and near all but each; the best is taken. Where the pilot is so small that V comes out
+// negative, the counts are those of the first integral, and not `converged`. Without samples: equal shares,
+// or the start's. A technique that adds nothing gets exactly 0 where the least share is 0. Costs or a budget
+// that are not positive and finite are a caller's bug, asserted in debug builds: then all counts are 0.
 template <class Pilot, class Costs>
 allocation<Pilot::techniques> allocate(const Pilot* pilots, std::size_t count, const Costs& costs,
                                        double budget, const allocation_options& options = {},
@@ -702,16 +757,18 @@ allocation<Pilot::techniques> allocate(const Pilot* pilots, std::size_t count, c
     const detail::pilots<Pilot> all(pilots, count);
     const int m = all.size();
     detail::numbers<M, double> c(m);
-    const double scaled_budget = budget / detail::normalize_costs<M>(costs, m, c);
+    allocation<M> result(m);
+    const double scaled_budget = detail::normalize_costs<M>(costs, budget, m, c);
+    if (!(scaled_budget > 0))
+        return result;
     const double least = detail::smaller(detail::larger(options.least_share, 0.0), 1.0 / m);
-    const auto with_means = [&](const auto& t, auto& result) {
-        detail::differentiate_balance(all, t, c, true, result);
+    const auto with_means = [&](const auto& t, auto& derivatives) {
+        detail::differentiate_balance(all, t, c, true, derivatives);
     };
-    const auto of_squares = [&](const auto& t, auto& result) {
-        detail::differentiate_balance(all, t, c, false, result);
+    const auto of_squares = [&](const auto& t, auto& derivatives) {
+        detail::differentiate_balance(all, t, c, false, derivatives);
     };
     detail::descent<M> best(m);
-    allocation<M> result(m);
     const auto descend_from = [&](detail::descent<M>& d) {
         detail::descend<M>(with_means, least, options, d, m);
         result.iterations += d.iterations;
@@ -724,12 +781,16 @@ allocation<Pilot::techniques> allocate(const Pilot* pilots, std::size_t count, c
         if (d.at.covered && d.at.value < best.at.value - 1e-12 * d.at.second_moment)
             best = d;
     };
+    const auto best_for_squares = [&] {
+        detail::descent<M> d(m);
+        detail::start_from(start, m, least, d.shares);
+        detail::descend<M>(of_squares, least, options, d, m);
+        result.iterations += d.iterations;
+        return d;
+    };
     if (!start) {
-        detail::descent<M> of_second_moment(m);
-        detail::start_from(nullptr, m, least, of_second_moment.shares);
-        detail::descend<M>(of_squares, least, options, of_second_moment, m);
-        result.iterations += of_second_moment.iterations;
-        keep_better(of_second_moment);
+        auto d = best_for_squares();
+        keep_better(d);
     }
     const int corners = start || m == 1 ? 0 : m == 2 ? 2 : 2 * m;
     for (int corner = 0; corner < corners; ++corner) {
@@ -739,6 +800,10 @@ allocation<Pilot::techniques> allocate(const Pilot* pilots, std::size_t count, c
             wanted[k] = (corner < m) == (corner % m == k) ? 1 : 0;
         detail::start_from(&wanted[0], m, least, d.shares);
         keep_better(d);
+    }
+    if (best.at.value < -1e-12 * best.at.second_moment) {
+        best = best_for_squares();
+        best.converged = false;
     }
     detail::fill_allocation(best, c, scaled_budget, all.unit(), m, result);
     return result;
@@ -755,7 +820,7 @@ allocation<Pilot::techniques> allocate(const Pilot& pilot, const Costs& costs, d
 // techniques, and independent of the samples. Weights use the expected counts, also the contributions f /
 // (N_k p_k): the mean over whole counts then is what counts are. Systematic sampling: technique k gets the
 // whole numbers between the sums of counts before it and after it, shifted by u. Counts are below 2^52 in
-// sum.
+// sum, and each fits the numbers of `out`.
 template <class Counts, class T, class Out>
 MIS_HOST_DEVICE void round_counts(const Counts& counts, int count, T u, Out&& out) {
     assert(u >= T(0) && u < T(1));

@@ -60,6 +60,8 @@ void differentiate_optimal(const mis::detail::pilots<Pilot>& all, const Shares& 
         return d;
     };
     for (const Pilot& p : all) {
+        if (p.size() != m)
+            continue;
         const double per_pass = p.passes > 0 ? 1 / p.passes : 0;
         double draws = 0;
         a.setZero();
@@ -148,7 +150,8 @@ count_derivatives<Pilot::techniques> variance_of_counts(const Pilot& pilot, cons
 // The counts that optimal weights have the least variance with, as mis::allocate has it for balance. One
 // descent, from `start`, shares c_k N_k / C of any size, or equal shares; it ends at the same variance from
 // wherever. result.gap is the certificate: no counts (that keep to the least share, if one is asked for) have
-// a variance below variance - gap.
+// a variance below variance - gap. That is of the pilot's samples: few of them are met exactly by some alpha,
+// and say nothing then; let a pilot have several times as many samples as techniques, for each integral.
 //
 // A technique that helps neither by its samples nor as a control variate gets exactly 0. One that serves as a
 // control variate alone, whose samples are not wanted, keeps 1e-10 of the budget, which no whole count will
@@ -163,16 +166,18 @@ allocation<Pilot::techniques> allocate(const Pilot* pilots, std::size_t count, c
     const mis::detail::pilots<Pilot> all(pilots, count);
     const int m = all.size();
     mis::detail::numbers<M, double> c(m);
-    const double scaled_budget = budget / mis::detail::normalize_costs<M>(costs, m, c);
+    allocation<M> result(m);
+    const double scaled_budget = mis::detail::normalize_costs<M>(costs, budget, m, c);
+    if (!(scaled_budget > 0))
+        return result;
     const double asked = mis::detail::smaller(mis::detail::larger(options.least_share, 0.0), 1.0 / m);
     const double least = mis::detail::larger(asked, nothing);
-    const auto differentiate = [&](const auto& t, auto& result) {
-        detail::differentiate_optimal(all, t, c, result);
+    const auto differentiate = [&](const auto& t, auto& derivatives) {
+        detail::differentiate_optimal(all, t, c, derivatives);
     };
     mis::detail::descent<M> d(m);
     mis::detail::start_from(start, m, least, d.shares);
     mis::detail::descend<M>(differentiate, least, options, d, m);
-    allocation<M> result(m);
     result.iterations = d.iterations;
     const double bound = d.at.value - mis::detail::gap_of(d.at, d.shares, m, asked);
     const auto leave_out = [&](int first, int last) { // if nothing is lost without them
