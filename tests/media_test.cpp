@@ -196,6 +196,19 @@ void check(std::uint64_t seed, int paths, const Heuristic& h, oracle::heuristic 
 
 } // namespace
 
+TEST_CASE_TEMPLATE("a family that is off, or an angle of 0, has size 0, however many samples beams have", T,
+                   float, double) {
+    constexpr T infinity = std::numeric_limits<T>::infinity();
+    const mis::family_sizes<T> some{1, 0, 2, 3};
+    const auto on = mis::at_vertex(some, mis::beams<T>{infinity, infinity}, T(0));
+    CHECK(on.point_point == 1);
+    CHECK(on.point_beam == 0);
+    CHECK(on.beam_point > mis::detail::limits<T>::largest / 2);
+    CHECK(on.beam_beam == 0);
+    const auto none = mis::at_vertex(some, mis::beams<T>{0, infinity}, T(1));
+    CHECK(none.beam_beam == 0);
+}
+
 TEST_CASE("100,000 random paths in media: every family's weight is that of its own density") {
     check(31, 40'000, mis::balance, {heuristic_kind::balance});
     check(32, 40'000, mis::power, {heuristic_kind::power, 2});

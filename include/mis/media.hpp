@@ -78,12 +78,16 @@ template <class T> MIS_HOST_DEVICE constexpr T beam(T distance, detail::identity
 // The segments that end at a vertex, as beams: X-> and X<-.
 template <class T> struct beams { T from_camera, from_light; };
 
-// The sizes at a vertex. sin_angle: of the angle between the segments from x_{i-1} and from x_{i+1}.
+// The sizes at a vertex. sin_angle: of the angle between the segments from x_{i-1} and from x_{i+1}. A family
+// that is off, or a sine of 0, gives 0, also where an X is infinite.
 template <class T>
 MIS_HOST_DEVICE constexpr family_sizes<T> at_vertex(const family_sizes<T>& sizes, const beams<T>& x,
                                                     detail::identity_t<T> sin_angle) {
-    return {sizes.point_point, sizes.point_beam * x.from_camera, sizes.beam_point * x.from_light,
-            sizes.beam_beam * sin_angle * (x.from_camera * x.from_light)};
+    const auto times = [](T size, T samples) {
+        return detail::select(size > T(0) && samples > T(0), T(size * samples), T(0));
+    };
+    return {sizes.point_point, times(sizes.point_beam, x.from_camera), times(sizes.beam_point, x.from_light),
+            times(times(sizes.beam_beam * sin_angle, x.from_camera), x.from_light)};
 }
 
 template <class T> MIS_HOST_DEVICE constexpr T size_of(const family_sizes<T>& sizes, merge_family family) {
