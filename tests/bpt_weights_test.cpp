@@ -1,11 +1,12 @@
 // The reference renderer's weights, small and quick: three ways agree under every heuristic and mode, results
 // do not depend on threads, and a dumped path has all that its weight needs.
+#include "lab_checks.hpp"
+
 #include <array>
 #include <bpt/algorithms.hpp>
 #include <cstdio>
 #include <doctest/doctest.h>
 #include <lab/pictures.hpp>
-#include <lab/render.hpp>
 
 namespace {
 
@@ -44,13 +45,7 @@ template <class Real> settings<Real> progressive(settings<Real> s) {
 }
 
 template <class Real> weight_checks checks_of(const std::string& name, const settings<Real>& set) {
-    weight_checks checks;
-    const scene<Real> scene = make_scene<Real>(name);
-    render(scene, set, [&](const pass_result<Real>& result) {
-        for (const auto& row : result.rows)
-            checks.add(row.checks);
-    });
-    return checks;
+    return test::checks_of(make_scene<Real>(name), set);
 }
 
 } // namespace
@@ -65,12 +60,7 @@ TEST_CASE("recursion, densities and throughputs agree: every scene, heuristic an
                 auto in_double = small_settings<double>(kind);
                 in_double.random_connection = random;
                 in_double.counts.direct = in_double.counts.camera_connection;
-                const auto d = checks_of(name, in_double);
-                CHECK(d.paths > 100);
-                CHECK(d.recursion.largest <= 1e-9);
-                CHECK(d.throughput.largest <= 1e-9);
-                CHECK(d.sum <= 1e-12);
-                CHECK(d.recursion_sum <= 1e-12);
+                test::check_agreement(checks_of(name, in_double));
                 auto in_float = small_settings<float>(kind);
                 in_float.random_connection = random;
                 const auto f = checks_of(name, in_float);
@@ -85,13 +75,7 @@ TEST_CASE("recursion, densities and throughputs agree where walks merge") {
         for (const auto kind : heuristics) {
             CAPTURE(name);
             CAPTURE(name_of(kind));
-            const auto d = checks_of(name, merging_settings<double>(kind, name));
-            CHECK(d.paths > 100);
-            CHECK(d.recursion.largest <= 1e-9);
-            CHECK(d.throughput.compared == d.recursion.compared);
-            CHECK(d.throughput.largest <= 1e-9);
-            CHECK(d.sum <= 1e-12);
-            CHECK(d.recursion_sum <= 1e-12);
+            test::check_agreement(checks_of(name, merging_settings<double>(kind, name)));
             const auto f = checks_of(name, merging_settings<float>(kind, name));
             CHECK(f.recursion.largest <= 1e-4);
             CHECK(f.recursion.above_1e_5 * 10000 <= f.recursion.compared);

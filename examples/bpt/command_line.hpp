@@ -44,7 +44,8 @@ inline void add_options(CLI::App& app, options& o) {
     app.add_option("--radius", o.radius, "within which walks merge in pass 1; 1 is the scene's radius")
         ->check(above_0_to(1));
     app.add_option("--radius-alpha", o.radius_alpha,
-                   "ppm, sppm, ups, vcm: the radius of pass i is that of pass 1 times i^((alpha - 1) / 2)")
+                   "ppm, sppm, ups, vcm: the radius of pass i is that of pass 1 times i^((alpha - 1) / 2); "
+                   "families in media shrink at their own rates, but for alpha = 1")
         ->check(above_0_to(1));
     app.add_option("--max-vertices", o.longest, "of a path in all")->check(Range(2, longest_path));
     app.add_option("--threads", o.threads, "the image is the same for any number")->check(Range(1, 1024));

@@ -170,17 +170,17 @@ seen_path<Real> look_at(const renderer<Real>& r, const contribution<Real>& c, co
     return seen;
 }
 
+template <class Real> mis::family_sizes<double> in_double(const mis::family_sizes<Real>& k) {
+    return {double(k.point_point), double(k.point_beam), double(k.beam_point), double(k.beam_beam)};
+}
+
 // Of a vertex' merges, the part that is the path's family's; 1 for what is no merge in a medium.
 template <class Real>
 double family_share(const any_heuristic& heuristic, const seen_path<Real>& path, mis::technique t) {
     const int i = t.camera_vertices - 1;
     if (t.kind != mis::technique_kind::merge || !is_in_medium(path[i]))
         return 1;
-    const auto& k = path.sizes[i];
-    return mis::family_share(heuristic,
-                             mis::family_sizes<double>{double(k.point_point), double(k.point_beam),
-                                                       double(k.beam_point), double(k.beam_beam)},
-                             path.family);
+    return mis::family_share(heuristic, in_double(path.sizes[i]), path.family);
 }
 
 template <class Real> mis::measured_vertex<double> in_double(const mis::measured_vertex<Real>& r) {

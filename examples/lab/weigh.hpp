@@ -44,6 +44,9 @@ balanced_sample balance(const renderer<Real>& r, const contribution<Real>& c, co
         c.pixel, path.size, mis::technique_index(path.size, c.technique), glm::dvec3(c.value), {}};
     mis::measured_vertex<double> records[longest_path];
     records_of(path, records);
+    for (int i = 1; i + 1 < path.size; ++i) // families are one merge by balance, whatever weighs the image
+        if (is_in_medium(path[i]))
+            records[i].merge_factor = joined(mis::balance, in_double(path.sizes[i]));
     mis::weights(mis::balance, in_double(counts_for(r, path)), records, path.size, s.weights.data());
     s.value *= s.weights[static_cast<std::size_t>(s.technique)] *
                family_share({heuristic_kind::balance}, path, c.technique);
@@ -339,6 +342,14 @@ Real weight_by_throughput(const renderer<Real>& r, const seen_path<Real>& path, 
                         ? count_with_factors * factor / area
                         : Real(0);
         throughputs[k] *= factor;
+    }
+    for (int i = 1; i + 1 < n; ++i) {
+        using family = mis::merge_family;
+        if (is_in_medium(path[i]) &&
+            !mis::is_within_caps(path_counts, n, {mis::technique_kind::merge, i + 1}))
+            for (const auto kind :
+                 {family::point_point, family::point_beam, family::beam_point, family::beam_beam})
+                counts[throughput_index(n, i, kind)] = 0;
     }
     mis::densities_from_throughputs(counts, throughputs, throughput_count(n), throughputs);
     const bool in_medium =
