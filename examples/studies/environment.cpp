@@ -170,8 +170,8 @@ model make_model(const environment_map& map, const environment_density& density,
 // image pixels.
 bool check_reference(const environment_map& map, const options& o, const seen_points& points,
                      const reference& r) {
-    constexpr int fine = 2; // points in a map's pixel, squared
-    const int pixels = o.size / 5;
+    const int fine = std::max(2, 512 / std::max(1, map.height)); // points in a map's pixel, squared
+    const int pixels = std::max(1, o.size / 5);
     pcg32 rng(o.seed);
     double sum = 0, found = 0, noise = 0;
     for (int k = 0; k < pixels;) {
