@@ -3,9 +3,11 @@
 
 #include "box_tree.hpp"
 #include "merge.hpp"
-#include "parallel.hpp"
+#include <tools/parallel.hpp>
 
 namespace bpt {
+
+using tools::in_parallel;
 
 // What some light walks leave: photons on surfaces and in media, and beams.
 template <class Real> struct left_by_light {

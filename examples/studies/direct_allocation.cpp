@@ -9,8 +9,8 @@
 // keeps a least share. The pilot's samples are in the image: both estimates are averaged in proportion to
 // their cost, which is no choice of the pilot's, so that the mean is unbiased.
 #include "panels.hpp"
+#include "pixels.hpp"
 #include "plates_model.hpp"
-#include <atomic>
 #include <bpt/render.hpp>
 #include <chrono>
 #include <mis/allocation.hpp>
@@ -159,37 +159,19 @@ dvec3 combine(const lit_scene& s, std::size_t pixel, const pair& counts, const s
     return sum;
 }
 
-// Calls work(i) for i < count, in parallel.
-template <class Work> void in_parallel(int count, int threads, const Work& work) {
-    std::atomic<int> next{0};
-    std::vector<std::thread> pool;
-    for (int i = 0; i < threads; ++i)
-        pool.emplace_back([&] {
-            for (int k; (k = next++) < count;)
-                work(k);
-        });
-    for (auto& thread : pool)
-        thread.join();
-}
-
-// An image, row by row, each with random numbers of its own; render(pixel, rng).
+// Calls render(pixel, rng) where a surface is seen.
 template <class Render>
-void for_each_pixel(const lit_scene& s, const options& o, std::uint64_t seed, const Render& render) {
-    in_parallel(s.height, o.threads, [&](int y) {
-        std::seed_seq seeds{std::uint32_t(seed), std::uint32_t(seed >> 32), std::uint32_t(y)};
-        pcg32 rng(seeds);
-        for (int x = 0; x < s.width; ++x) {
-            const auto pixel = std::size_t(y * s.width + x);
-            if (s.surface(pixel) >= 0)
-                render(pixel, rng);
-        }
+void for_each_seen(const lit_scene& s, const options& o, std::uint64_t seed, const Render& render) {
+    for_each_pixel(s.width, s.height, o.threads, seed, [&](std::size_t pixel, pcg32& rng) {
+        if (s.surface(pixel) >= 0)
+            render(pixel, rng);
     });
 }
 
 image render_equal(const lit_scene& s, const options& o, std::uint64_t seed) {
     image result(s.width, s.height);
     const int half = o.rays / 2;
-    for_each_pixel(s, o, seed, [&](std::size_t pixel, pcg32& rng) {
+    for_each_seen(s, o, seed, [&](std::size_t pixel, pcg32& rng) {
         result.pixels[pixel] = combine(s, pixel, {double(half), double(half)}, {half, half}, rng);
     });
     return result;
@@ -203,7 +185,7 @@ void find_counts(const lit_scene& s, const options& o, double budget, const std:
     keep.least_share = o.least_share;
     keep.tolerance = 1e-3;
     const int across = (s.width + o.tile - 1) / o.tile, down = (s.height + o.tile - 1) / o.tile;
-    in_parallel(across * down, o.threads, [&](int tile) {
+    tools::in_parallel(o.threads, across * down, [&](int tile) {
         const int left = tile % across * o.tile, top = tile / across * o.tile;
         const auto for_each_of = [&](int more, int surface, const auto& visit) {
             for (int y = std::max(0, top - more); y < std::min(s.height, top + o.tile + more); ++y)
@@ -236,7 +218,7 @@ allocated render_allocated(const lit_scene& s, const options& o, std::uint64_t s
     const double budget = o.rays - 2 * each, part = 2.0 * each / o.rays;
     std::vector<pixel_pilot> pilots(std::size_t(s.width * s.height));
     allocated r{image(s.width, s.height), image(s.width, s.height), 0};
-    for_each_pixel(s, o, seed, [&](std::size_t pixel, pcg32& rng) {
+    for_each_seen(s, o, seed, [&](std::size_t pixel, pcg32& rng) {
         r.mean.pixels[pixel] =
             part * combine(s, pixel, {double(each), double(each)}, {each, each}, rng, &pilots[pixel]);
     });
@@ -244,7 +226,7 @@ allocated render_allocated(const lit_scene& s, const options& o, std::uint64_t s
     const auto before = std::chrono::steady_clock::now();
     find_counts(s, o, budget, pilots, counts);
     r.searched = std::chrono::duration<double>(std::chrono::steady_clock::now() - before).count();
-    for_each_pixel(s, o, ~seed, [&](std::size_t pixel, pcg32& rng) {
+    for_each_seen(s, o, ~seed, [&](std::size_t pixel, pcg32& rng) {
         const pair& n = counts[pixel];
         std::array<int, 2> taken{};
         mis::round_counts(n, 2, plates::uniform(rng), taken);

@@ -4,13 +4,12 @@
 #pragma once
 
 #include "panels.hpp"
+#include "pixels.hpp"
 #include "reflection.hpp"
 #include <array>
-#include <atomic>
 #include <mis/mis.hpp>
 #include <mis/optimal/solve.hpp>
 #include <numeric>
-#include <thread>
 
 namespace studies::direct_light {
 
@@ -61,28 +60,14 @@ struct model {
 };
 constexpr std::size_t most_sources = 4;
 
-// Calls add(pixel, technique, k, draw) for n samples of each technique, rows in parallel. Every row has
-// random numbers of its own.
+// Calls add(pixel, technique, k, draw) for n samples of each technique, rows in parallel.
 template <class Add>
 void sample_image(const model& m, const options& o, int n, std::uint64_t seed, Add&& add) {
-    const auto sample_row = [&](int y) {
-        std::seed_seq seeds{std::uint32_t(seed), std::uint32_t(seed >> 32), std::uint32_t(y)};
-        pcg32 rng(seeds);
-        const auto first = std::size_t(y) * std::size_t(o.size);
-        for (std::size_t i = first; i < first + std::size_t(o.size); ++i)
-            for (int k = 0; m.is_seen(i) && k < n; ++k)
-                for (const technique own : {bsdf, light})
-                    add(i, own, k, m.take(i, own, std::size_t(k) % m.sources, rng));
-    };
-    std::atomic<int> next{0};
-    std::vector<std::thread> pool;
-    for (int i = 0; i < o.threads; ++i)
-        pool.emplace_back([&] {
-            for (int y; (y = next++) < o.height();)
-                sample_row(y);
-        });
-    for (auto& thread : pool)
-        thread.join();
+    for_each_pixel(o.size, o.height(), o.threads, seed, [&](std::size_t i, pcg32& rng) {
+        for (int k = 0; m.is_seen(i) && k < n; ++k)
+            for (const technique own : {bsdf, light})
+                add(i, own, k, m.take(i, own, std::size_t(k) % m.sources, rng));
+    });
 }
 
 // ---- Estimators ----

@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-namespace bpt {
+namespace tools {
 
 // Calls f(i) for 0 <= i < count on several threads.
 template <class F> void in_parallel(int threads, int count, F&& f) {
@@ -21,4 +21,4 @@ template <class F> void in_parallel(int threads, int count, F&& f) {
         thread.join();
 }
 
-} // namespace bpt
+} // namespace tools
