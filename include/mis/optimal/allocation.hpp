@@ -21,19 +21,21 @@ namespace mis::optimal {
 namespace detail {
 
 // The inverse of a symmetric matrix that may be singular, but for the directions along which it is 0 to
-// rounding: techniques that depend on others share, those without samples get 0.
-inline Eigen::MatrixXd pseudo_inverse(Eigen::MatrixXd a, double draws) {
+// rounding: techniques that depend on others share, those without samples get 0. A template, as is all below,
+// so that who includes this and does not call it need not compile Eigen's solver.
+template <class Matrix> Matrix pseudo_inverse(Matrix a, double draws) {
+    using vector = Eigen::Matrix<typename Matrix::Scalar, Eigen::Dynamic, 1>;
     const Eigen::Index m = a.rows();
-    Eigen::VectorXd scale(m);
+    vector scale(m);
     for (Eigen::Index k = 0; k < m; ++k)
         scale[k] = a(k, k) > 0 ? 1 / std::sqrt(a(k, k)) : 0;
     a = scale.asDiagonal() * a * scale.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(a);
-    Eigen::VectorXd inverse = eigen.eigenvalues();
+    const Eigen::SelfAdjointEigenSolver<Matrix> eigen(a);
+    vector inverse = eigen.eigenvalues();
     const double least = noise(static_cast<int>(m), draws);
     for (double& x : inverse)
         x = x > least ? 1 / x : 0;
-    const Eigen::MatrixXd vectors = scale.asDiagonal() * eigen.eigenvectors();
+    const Matrix vectors = scale.asDiagonal() * eigen.eigenvectors();
     return vectors * inverse.asDiagonal() * vectors.transpose();
 }
 
