@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <doctest/doctest.h>
+#include <mis/verify/dump.hpp>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -830,4 +831,99 @@ TEST_CASE("vertices at the same place have cosine 0, as in mis::measure") {
     CHECK(x[0].cos_to_light == 0);
     CHECK(x[1].distance2_to_light == 0);
     CHECK(x[2].cos_to_camera == 0);
+}
+
+TEST_CASE("records that are written are read again, number for number") {
+    test::generator g(1);
+    const auto any_number = [&] {
+        switch (g.integer(0, 9)) {
+        case 0:
+            return 0.0;
+        case 1:
+            return std::numeric_limits<double>::infinity();
+        case 2:
+            return -1.5;
+        case 3: // rounding has to be undone
+            return g.log_uniform<double>(-300, 300);
+        default:
+            return static_cast<double>(g.log_uniform<float>(-30, 30));
+        }
+    };
+    for (int sample = 0; sample < 2'000; ++sample) {
+        const int n = g.integer(2, 8);
+        mis::path_record r;
+        r.technique = mis::technique_at(n, g.integer(0, mis::technique_count(n) - 1));
+        r.weight = any_number();
+        r.heuristic = static_cast<mis::heuristic_kind>(g.integer(0, 4));
+        r.parameter = r.heuristic == mis::heuristic_kind::cutoff ? 0.3 : 2;
+        if (r.heuristic == mis::heuristic_kind::power)
+            r.parameter = any_number();
+        r.counts.light_hit = any_number();
+        r.counts.next_event = any_number();
+        r.counts.connection = any_number();
+        r.counts.camera_connection = any_number();
+        r.counts.direct = any_number();
+        r.counts.camera_hit = any_number();
+        if (g.chance(0.5)) {
+            r.counts.merge = g.log_uniform<double>(0, 6);
+            r.radius = g.log_uniform<double>(-3, 0);
+        }
+        if (r.technique.kind == mis::technique_kind::merge)
+            r.counts.merge = r.radius = 1;
+        if (g.chance(0.2))
+            r.counts.max_camera_vertices = g.integer(0, 9);
+        r.splits_on_arrival = g.chance(0.2);
+        if (g.chance(0.3)) {
+            r.families[static_cast<std::size_t>(g.integer(0, 3))] = {any_number(), any_number()};
+            r.families[1] = {5, 0.1};
+            if (r.technique.kind == mis::technique_kind::merge)
+                r.family = static_cast<mis::merge_family>(g.integer(0, 3));
+        }
+        for (int i = 0; i < n; ++i) {
+            mis::recorded_vertex x;
+            x.kind = i == 0       ? mis::vertex_kind::camera
+                     : i == n - 1 ? mis::vertex_kind::infinite_light
+                                  : static_cast<mis::vertex_kind>(g.integer(1, 3));
+            x.dirac = (i == 0 || i == n - 1) && g.chance(0.5);
+            for (const mis::recorded_number& number : mis::recorded_numbers)
+                if (g.chance(0.5))
+                    x.*number.member = any_number();
+            // What the reader makes up where it is not given.
+            x.pdf_position = x.cos_to_camera = x.cos_to_light = g.uniform();
+            x.distance2_to_light = std::pow(g.integer(0, 100) / 4.0, 2); // kept squared
+            if (g.chance(0.5))
+                x.photon_survival = 0.75;
+            r.vertices.push_back(x);
+        }
+        const std::string line = mis::verify::to_json(r);
+        CAPTURE(line);
+        const mis::path_record read = read_one(line);
+        CHECK(read.technique == r.technique);
+        CHECK(read.weight == r.weight);
+        CHECK(read.heuristic == r.heuristic);
+        if (r.heuristic == mis::heuristic_kind::power || r.heuristic == mis::heuristic_kind::cutoff)
+            CHECK(read.parameter == r.parameter);
+        for (int kind = 0; kind < 7; ++kind)
+            CHECK(mis::count_of(read.counts, static_cast<mis::technique_kind>(kind)) ==
+                  mis::count_of(r.counts, static_cast<mis::technique_kind>(kind)));
+        CHECK(read.counts.max_camera_vertices == r.counts.max_camera_vertices);
+        CHECK(read.counts.max_light_vertices == r.counts.max_light_vertices);
+        CHECK(read.radius == r.radius);
+        CHECK(read.splits_on_arrival == r.splits_on_arrival);
+        CHECK(read.family == r.family);
+        for (std::size_t i = 0; i < r.families.size(); ++i) {
+            CHECK(read.families[i].count == r.families[i].count);
+            CHECK(read.families[i].radius == r.families[i].radius);
+        }
+        REQUIRE(read.vertices.size() == r.vertices.size());
+        for (std::size_t i = 0; i < r.vertices.size(); ++i) {
+            const mis::recorded_vertex &x = r.vertices[i], &y = read.vertices[i];
+            CHECK(y.kind == x.kind);
+            CHECK(y.dirac == x.dirac);
+            for (const mis::recorded_number& number : mis::recorded_numbers)
+                CHECK_MESSAGE(y.*number.member == x.*number.member, number.name);
+            CHECK(y.distance2_to_light == x.distance2_to_light);
+            CHECK(y.photon_survival == x.photon_survival);
+        }
+    }
 }

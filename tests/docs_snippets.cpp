@@ -15,6 +15,7 @@
 #include <optional>
 #include <pcg_random.hpp>
 #include <random>
+#include <sstream>
 
 namespace {
 
@@ -336,6 +337,56 @@ void dump(std::FILE* file, const char* technique, int s, double weight, const st
 // clang-format on
 
 } // namespace
+
+namespace {
+
+// A renderer's own vectors.
+struct Vec3 {
+    float x = 0, y = 0, z = 0;
+};
+Vec3 operator-(Vec3 a, Vec3 b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+float dot(Vec3 a, Vec3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+template <bool dumps> std::string shadow_of_a_renderer() {
+    std::ostringstream file;
+    const Vec3 lens{0, 0, 0}, lens_normal{0, 0, 1}, x{0, 0, 2}, x_normal{0, 0, -1}, y{0, 3, 0},
+        y_normal{0, -1, 0};
+    const auto counts = mis::path_tracing_next_event<float>();
+    const mis::end_point<float> camera_end{mis::pdf_position{1.f}, mis::pdf_next_event{1.f},
+                                           mis::pdf_direction{100.f}, mis::cosine{1.f}, false};
+    const mis::end_point<float> light_end{mis::pdf_position{0.25f}, mis::pdf_next_event{0.5f},
+                                          mis::pdf_direction{0.3f}, mis::cosine{1.f}, true};
+    const float p = 0.3f, q = 0.2f;
+    const double survival = 0.75, weight = 0.5;
+    // clang-format off
+mis::verify::shadow_walk<Vec3, dumps> camera, light_point; // kept beside the states
+
+camera.start_camera(lens, lens_normal, camera_end);       // beside weigh.start_camera(camera_end)
+camera.arrive(mis::vertex_kind::surface, x, x_normal);    // beside weigh.arrive(...)
+camera.scatter(mis::pdf_forward{p}, mis::pdf_reverse{q}); // beside weigh.scatter(...), or before a join
+camera.note(&mis::recorded_vertex::survival, survival);   // what only tells mistakes apart
+
+light_point.start_light(y, y_normal, light_end); // a next event's light is a walk of one vertex
+if (dumps) {
+    mis::path_record r = mis::verify::record_of(mis::technique_kind::next_event, counts, camera, light_point, weight);
+    r.heuristic = mis::heuristic_kind::power;
+    mis::verify::write_json(file, r); // one line of the dump
+}
+    // clang-format on
+    return file.str();
+}
+
+} // namespace
+
+TEST_CASE("shadow walks") {
+    CHECK(shadow_of_a_renderer<false>().empty());
+    const std::string line = shadow_of_a_renderer<true>();
+    CHECK(
+        line.find(
+            R"({"technique":"next_event","camera_vertices":2,"weight":0.5,"heuristic":"power","beta":2,)") ==
+        0);
+    CHECK(line.find(R"("survival":0.75)") != std::string::npos);
+}
 
 TEST_CASE("wrong weights") {
     std::FILE* const file = std::tmpfile();

@@ -6,6 +6,7 @@
 #include <doctest/doctest.h>
 #include <glm/glm.hpp>
 #include <mis/path.hpp>
+#include <mis/verify/shadow_walk.hpp>
 
 using namespace test;
 using mis::vertex_kind;
@@ -273,4 +274,179 @@ TEST_CASE("scaling the scene, radius included, changes no weight; without the ra
     }
     CHECK(worst < 1e-12);
     CHECK(unscaled_radius > 0.5);
+}
+
+// ---- Shadow walks ----
+
+namespace {
+
+using shadow = mis::verify::shadow_walk<own::vec>;
+
+mis::end_point<double> end_of(const point& x, double direction) {
+    return {mis::pdf_position{x.pdf_position}, mis::pdf_next_event{x.pdf_next_event},
+            mis::pdf_direction{direction}, mis::cosine{0.5}, !x.dirac}; // positions tell its cosine
+}
+
+// What a renderer says of vertex i when a walk leaves it; survival of a half in all of it.
+void leave(const std::vector<point>& path, std::size_t i, bool from_camera, shadow& walk) {
+    const point& x = path[i];
+    const double forward = from_camera ? x.pdf_to_light : x.pdf_to_camera;
+    const double reverse = from_camera ? x.pdf_to_camera : x.pdf_to_light;
+    if (x.kind != vertex_kind::dirac) {
+        walk.scatter(mis::pdf_forward{forward}, mis::pdf_reverse{reverse}, x.merge_factor);
+    } else { // from air into water, seen from the camera; the probabilities that give these densities
+        const auto to_camera = static_cast<double>(cosine(x, path[i - 1]));
+        const auto to_light = static_cast<double>(cosine(x, path[i + 1]));
+        const double in = from_camera ? 1 : 1.33, out = from_camera ? 1.33 : 1;
+        walk.scatter_dirac(mis::pdf_forward{forward / (out * out * (from_camera ? to_light : to_camera))},
+                           mis::pdf_reverse{reverse / (in * in * (from_camera ? to_camera : to_light))},
+                           mis::eta_in{in}, mis::eta_out{out});
+    }
+    walk.note(&mis::recorded_vertex::survival, 0.5);
+}
+
+// Along the path from its end to x_last, which it has left for a join.
+shadow walk_along(const std::vector<point>& path, bool from_camera, std::size_t last) {
+    const std::size_t n = path.size();
+    shadow walk;
+    const point &camera = path[0], &light = path[n - 1];
+    if (from_camera)
+        walk.start_camera(camera.position, camera.normal, end_of(camera, camera.pdf_to_light));
+    else
+        walk.start_light(light.position, light.normal, end_of(light, light.pdf_to_camera), light.kind);
+    for (std::size_t i = from_camera ? 0 : n - 1; i != last;) {
+        const point& x = path[i];
+        const point& y = path[i = from_camera ? i + 1 : i - 1];
+        walk.arrive(
+            y.kind, y.position, y.normal,
+            mis::pdf_distance_forward{from_camera ? y.pdf_distance_from_camera : y.pdf_distance_from_light},
+            mis::pdf_distance_reverse{from_camera ? x.pdf_distance_from_light : x.pdf_distance_from_camera});
+        if (i > 0 && i < n - 1)
+            leave(path, i, from_camera, walk);
+    }
+    return walk;
+}
+
+// The record that two shadow walks make of a path, as technique t has made it.
+mis::path_record shadow_record(const std::vector<point>& path, mis::technique t,
+                               const mis::technique_counts<double>& counts, double radius) {
+    const std::size_t n = path.size();
+    const auto s = static_cast<std::size_t>(t.camera_vertices);
+    const bool merges = t.kind == mis::technique_kind::merge;
+    shadow camera, light;
+    if (s > 0)
+        camera = walk_along(path, true, s - 1);
+    if (s < n)
+        light = walk_along(path, false, merges ? s - 1 : s);
+    if (s == n)
+        camera.hit(end_of(path[n - 1], path[n - 1].pdf_to_camera));
+    if (s == 0)
+        light.hit(end_of(path[0], path[0].pdf_to_light));
+    const bool joined = s > 0 && s < n && !merges;
+    return mis::verify::record_of(t.kind, counts, camera, light, 0.25, radius,
+                                  joined ? path[s].pdf_distance_from_camera : 1,
+                                  joined ? path[s - 1].pdf_distance_from_light : 1);
+}
+
+double relative_difference(double a, double b) { return a == b ? 0 : std::fabs(a - b) / std::fabs(b); }
+
+} // namespace
+
+TEST_CASE("shadow walks note the records of their paths, whoever makes them") {
+    generator g(3);
+    const auto counts = all_counts();
+    int compared = 0;
+    double worst = 0;
+    for (int sample = 0; sample < 300; ++sample) {
+        const int n = g.integer(2, 9);
+        std::vector<point> path = random_positions(g, n, true);
+        for (point& x : path)
+            x.merge_factor = g.log_uniform<double>(-1, 1);
+        for (int k = 0; k < mis::technique_count(n); ++k) {
+            const mis::technique t = mis::technique_at(n, k);
+            if (!mis::detail::is_possible(path.data(), n, t))
+                continue;
+            const mis::path_record exact = mis::record_of(counts, path.data(), n, t, 0.25, 0.1);
+            const mis::path_record noted = shadow_record(path, t, counts, 0.1);
+            ++compared;
+            REQUIRE(noted.vertices.size() == exact.vertices.size());
+            REQUIRE(noted.technique == exact.technique);
+            REQUIRE(noted.counts.merge == exact.counts.merge);
+            REQUIRE(noted.radius == 0.1);
+            REQUIRE(noted.weight == 0.25);
+            for (std::size_t i = 0; i < exact.vertices.size(); ++i) {
+                const mis::recorded_vertex &x = exact.vertices[i], &y = noted.vertices[i];
+                const bool first = i == 0, last = i + 1 == exact.vertices.size();
+                REQUIRE(x.kind == y.kind);
+                REQUIRE(x.dirac == y.dirac);
+                const auto compare = [&](double mis::recorded_vertex::*field) {
+                    worst = std::max(worst, relative_difference(y.*field, x.*field));
+                };
+                if (first || last) {
+                    compare(&mis::recorded_vertex::pdf_position);
+                    compare(&mis::recorded_vertex::pdf_next_event);
+                }
+                if (!first) {
+                    compare(&mis::recorded_vertex::cos_to_camera);
+                    compare(&mis::recorded_vertex::pdf_to_camera);
+                    compare(&mis::recorded_vertex::pdf_distance_from_camera);
+                }
+                if (!last) {
+                    compare(&mis::recorded_vertex::cos_to_light);
+                    compare(&mis::recorded_vertex::distance2_to_light);
+                    compare(&mis::recorded_vertex::pdf_to_light);
+                    compare(&mis::recorded_vertex::pdf_distance_from_light);
+                }
+                if (!first && !last) {
+                    if (x.kind != vertex_kind::dirac)
+                        compare(&mis::recorded_vertex::merge_factor);
+                    CHECK(y.survival == 0.5);
+                }
+                if (x.kind == vertex_kind::dirac)
+                    CHECK((y.eta_to_camera == 1 && y.eta_to_light == 1.33));
+            }
+        }
+    }
+    CHECK(compared > 1000);
+    CHECK(worst < 4e-15); // a Dirac vertex' densities are divided by their etendue, and multiplied
+}
+
+TEST_CASE("shadow walks: merged photons, point lights, and walks that start anew") {
+    using mis::cosine;
+    const mis::end_point<double> end{mis::pdf_position{2.0}, mis::pdf_next_event{3.0},
+                                     mis::pdf_direction{5.0}, cosine{1.0}, false};
+    shadow camera, light;
+    camera.start_camera({0, 0, 9}, {0, 0, 1}, end); // of the pixel before
+    camera.arrive(vertex_kind::surface, {1, 1, 1}, {0, 0, 1});
+    camera.start_camera({0, 0, 2}, {0, 0, 1}, end);
+    camera.arrive(vertex_kind::surface, {0, 0, 0}, {0, 0, 1});
+    camera.scatter(mis::pdf_forward{0.7}, mis::pdf_reverse{0.6});
+    camera.note(&mis::recorded_vertex::survival, 0.9);
+    light.start_light({3, 0, 4}, {0, 0, 0}, end);
+    light.arrive(vertex_kind::surface, {0.5, 0, 0.5}, {0.6, 0, 0.8}); // 0.7 away from the camera's vertex
+    light.note(&mis::recorded_vertex::survival, 0.8);
+    const auto r = mis::verify::record_of(mis::technique_kind::merge, mis::connection_and_merging(100.0, 1.0),
+                                          camera, light, 0.5, 1.0);
+    REQUIRE(r.vertices.size() == 3);
+    CHECK(r.technique == mis::technique{mis::technique_kind::merge, 2});
+    CHECK(r.counts.merge == doctest::Approx(100));
+    CHECK(r.vertices[0].distance2_to_light == 4);
+    CHECK(r.vertices[1].distance2_to_light == doctest::Approx(2.5 * 2.5 + 3.5 * 3.5)); // from the photon
+    CHECK(r.vertices[1].cos_to_camera == 1);
+    CHECK(r.vertices[1].cos_to_light ==
+          doctest::Approx((0.6 * 2.5 + 0.8 * 3.5) / std::sqrt(2.5 * 2.5 + 3.5 * 3.5)));
+    CHECK(r.vertices[1].pdf_to_light == 0.7);
+    CHECK(r.vertices[1].pdf_to_camera == 0.6);
+    CHECK(r.vertices[1].survival == 0.9);
+    CHECK(r.vertices[1].photon_survival == 0.8);
+    CHECK(r.vertices[2].cos_to_camera == 1); // a point has no normal
+    CHECK(r.vertices[2].pdf_to_camera == 5);
+    CHECK(r.vertices[2].dirac);
+
+    mis::verify::shadow_walk<own::vec, false> off; // compiles, and does nothing
+    off.start_camera(own::vec{0, 0, 2}, own::vec{0, 0, 1}, end);
+    off.arrive(vertex_kind::surface, own::vec{}, own::vec{});
+    off.scatter(mis::pdf_forward{0.7}, mis::pdf_reverse{0.6});
+    off.note(&mis::recorded_vertex::survival, 0.9);
+    CHECK(sizeof off == 1);
 }

@@ -146,38 +146,10 @@ std::optional<vec3> vector_of(std::string_view key, const element& value) {
 
 // ---- Vertices ----
 
-struct number_field {
-    std::string_view name;
-    double mis::recorded_vertex::*member;
-};
-constexpr std::array<number_field, 22> number_fields{
-    {{"pdf_to_light", &mis::recorded_vertex::pdf_to_light},
-     {"pdf_to_camera", &mis::recorded_vertex::pdf_to_camera},
-     {"cos_to_light", &mis::recorded_vertex::cos_to_light},
-     {"cos_to_camera", &mis::recorded_vertex::cos_to_camera},
-     {"survival", &mis::recorded_vertex::survival},
-     {"splits", &mis::recorded_vertex::splits},
-     {"splits_to_camera", &mis::recorded_vertex::splits_to_camera},
-     {"density_from_camera", &mis::recorded_vertex::density_from_camera},
-     {"density_from_light", &mis::recorded_vertex::density_from_light},
-     {"pdf_position", &mis::recorded_vertex::pdf_position},
-     {"pdf_next_event", &mis::recorded_vertex::pdf_next_event},
-     {"selection", &mis::recorded_vertex::selection},
-     {"selection_next_event", &mis::recorded_vertex::selection_next_event},
-     {"eta_to_camera", &mis::recorded_vertex::eta_to_camera},
-     {"eta_to_light", &mis::recorded_vertex::eta_to_light},
-     {"pdf_distance_from_camera", &mis::recorded_vertex::pdf_distance_from_camera},
-     {"pdf_distance_from_light", &mis::recorded_vertex::pdf_distance_from_light},
-     {"merge_factor", &mis::recorded_vertex::merge_factor},
-     {"beam_from_camera", &mis::recorded_vertex::beam_from_camera},
-     {"beam_from_light", &mis::recorded_vertex::beam_from_light},
-     {"sin_angle", &mis::recorded_vertex::sin_angle},
-     {"material", &mis::recorded_vertex::material}}};
-
 double* find_number_field(mis::recorded_vertex& x, std::string_view key) {
-    for (const number_field& field : number_fields)
-        if (field.name == key)
-            return &(x.*field.member);
+    for (const mis::recorded_number& number : mis::recorded_numbers)
+        if (number.name == key)
+            return &(x.*number.member);
     return nullptr;
 }
 

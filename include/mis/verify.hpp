@@ -15,7 +15,9 @@
 #pragma once
 
 #include <mis/verify/diagnosis.hpp>
+#include <mis/verify/dump.hpp>
 #include <mis/verify/invariance.hpp>
 #include <mis/verify/sampling.hpp>
+#include <mis/verify/shadow_walk.hpp>
 #include <mis/verify/subpaths.hpp>
 #include <mis/verify/weights.hpp>

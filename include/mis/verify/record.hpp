@@ -85,6 +85,38 @@ struct recorded_vertex {
     double material = not_given;              // any number by which mistakes of one material are told
 };
 
+// Fields that files hold as numbers, by their names there. The distance is kept squared, and is not among
+// them.
+struct recorded_number {
+    const char* name;
+    double recorded_vertex::*member;
+};
+inline constexpr std::array<recorded_number, 24> recorded_numbers{
+    {{"pdf_position", &recorded_vertex::pdf_position},
+     {"pdf_next_event", &recorded_vertex::pdf_next_event},
+     {"pdf_to_camera", &recorded_vertex::pdf_to_camera},
+     {"pdf_to_light", &recorded_vertex::pdf_to_light},
+     {"density_from_camera", &recorded_vertex::density_from_camera},
+     {"density_from_light", &recorded_vertex::density_from_light},
+     {"cos_to_camera", &recorded_vertex::cos_to_camera},
+     {"cos_to_light", &recorded_vertex::cos_to_light},
+     {"shading_cos_to_camera", &recorded_vertex::shading_cos_to_camera},
+     {"shading_cos_to_light", &recorded_vertex::shading_cos_to_light},
+     {"survival", &recorded_vertex::survival},
+     {"pdf_distance_from_camera", &recorded_vertex::pdf_distance_from_camera},
+     {"pdf_distance_from_light", &recorded_vertex::pdf_distance_from_light},
+     {"merge_factor", &recorded_vertex::merge_factor},
+     {"beam_from_camera", &recorded_vertex::beam_from_camera},
+     {"beam_from_light", &recorded_vertex::beam_from_light},
+     {"sin_angle", &recorded_vertex::sin_angle},
+     {"splits", &recorded_vertex::splits},
+     {"splits_to_camera", &recorded_vertex::splits_to_camera},
+     {"selection", &recorded_vertex::selection},
+     {"selection_next_event", &recorded_vertex::selection_next_event},
+     {"eta_to_camera", &recorded_vertex::eta_to_camera},
+     {"eta_to_light", &recorded_vertex::eta_to_light},
+     {"material", &recorded_vertex::material}}};
+
 // A family of merges in media: how many light walks leave its points or beams, and the radius. Kernels are
 // constant over spheres, disks and intervals of this radius.
 struct recorded_family {
@@ -225,41 +257,21 @@ inline const char* first_bad_field(const path_record& record) {
 // its length do not have, a beta that is NaN, infinite or negative, an alpha outside [0, 1], or another
 // number that is NaN, infinite or negative. Where it is 0, a count or a radius switches its technique off.
 inline record_place first_bad_number(const path_record& record) {
-    using field = std::pair<const char*, double recorded_vertex::*>;
-    static constexpr std::array<field, 27> fields{
-        {{"pdf_position", &recorded_vertex::pdf_position},
-         {"pdf_next_event", &recorded_vertex::pdf_next_event},
-         {"pdf_to_camera", &recorded_vertex::pdf_to_camera},
-         {"pdf_to_light", &recorded_vertex::pdf_to_light},
-         {"density_from_camera", &recorded_vertex::density_from_camera},
-         {"density_from_light", &recorded_vertex::density_from_light},
-         {"cos_to_camera", &recorded_vertex::cos_to_camera},
-         {"cos_to_light", &recorded_vertex::cos_to_light},
-         {"distance", &recorded_vertex::distance2_to_light},
-         {"survival", &recorded_vertex::survival},
-         {"pdf_distance_from_camera", &recorded_vertex::pdf_distance_from_camera},
-         {"pdf_distance_from_light", &recorded_vertex::pdf_distance_from_light},
-         {"merge_factor", &recorded_vertex::merge_factor},
-         {"beam_from_camera", &recorded_vertex::beam_from_camera},
-         {"beam_from_light", &recorded_vertex::beam_from_light},
-         {"sin_angle", &recorded_vertex::sin_angle},
-         {"photon.survival", &recorded_vertex::photon_survival},
-         {"splits", &recorded_vertex::splits},
-         {"splits_to_camera", &recorded_vertex::splits_to_camera},
-         {"selection", &recorded_vertex::selection},
-         {"selection_next_event", &recorded_vertex::selection_next_event},
-         {"eta_to_camera", &recorded_vertex::eta_to_camera},
-         {"eta_to_light", &recorded_vertex::eta_to_light},
-         {"shading_normal", &recorded_vertex::shading_cos_to_camera},
-         {"shading_normal", &recorded_vertex::shading_cos_to_light},
-         {"position", &recorded_vertex::distance2_at_infinity},
-         {"material", &recorded_vertex::material}}};
     if (const char* bad = detail::first_bad_field(record))
         return {-1, bad};
-    for (std::size_t i = 0; i < record.vertices.size(); ++i)
-        for (const auto& [name, member] : fields)
-            if (const double x = record.vertices[i].*member; is_given(x) && !detail::is_measure(x))
+    const auto is_bad = [](double x) { return is_given(x) && !detail::is_measure(x); };
+    for (std::size_t i = 0; i < record.vertices.size(); ++i) {
+        const recorded_vertex& x = record.vertices[i];
+        for (const auto& [name, member] : recorded_numbers)
+            if (is_bad(x.*member))
                 return {static_cast<int>(i), name};
+        if (is_bad(x.distance2_to_light))
+            return {static_cast<int>(i), "distance"};
+        if (is_bad(x.photon_survival))
+            return {static_cast<int>(i), "photon.survival"};
+        if (is_bad(x.distance2_at_infinity))
+            return {static_cast<int>(i), "position"};
+    }
     return {};
 }
 
