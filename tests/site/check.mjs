@@ -1,0 +1,114 @@
+// Opens every page of the site from its file, in light and dark, wide and narrow, as a reader's browser would:
+//     node check.mjs SITE [FOLDER]
+// Fails where a page asks for anything outside its folder, logs an error, has a link that leads nowhere, is wider
+// than the window, or where axe finds a serious error of accessibility; and where search, formulas or enlarging do
+// not work. Says how long the slowest page took to load. Screenshots go to FOLDER.
+import axe from "axe-core";
+import { existsSync, mkdirSync, readdirSync } from "node:fs";
+import path from "node:path";
+import { fileURLToPath, pathToFileURL } from "node:url";
+import { chromium } from "playwright-core";
+
+const [site, shots] = process.argv.slice(2).map((p) => path.resolve(p));
+if (!site || !existsSync(path.join(site, "index.html"))) {
+    console.error("usage: node check.mjs SITE [FOLDER], and SITE has an index.html");
+    process.exit(2);
+}
+if (shots) mkdirSync(shots, { recursive: true });
+
+const pages = readdirSync(site, { recursive: true })
+    .filter((name) => name.endsWith(".html") && !name.startsWith("_static"))
+    .sort();
+const url = (name) => pathToFileURL(path.join(site, name)).href;
+
+let failures = 0;
+const fail = (place, what) => {
+    ++failures;
+    console.error(`${place}: ${what}`);
+};
+
+const browser = await chromium.launch({
+    executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+    args: ["--no-sandbox", "--allow-file-access-from-files"],
+});
+
+async function open(name, colorScheme, width) {
+    const page = await browser.newPage({ colorScheme, viewport: { width, height: 900 } });
+    const place = `${name} (${colorScheme}, ${width})`;
+    page.on("pageerror", (error) => fail(place, error.message));
+    page.on("console", (message) => message.type() === "error" && fail(place, message.text()));
+    page.on("requestfailed", (request) => fail(place, `not found: ${request.url()}`));
+    page.on("request", (request) => {
+        if (!request.url().startsWith(pathToFileURL(site).href) && !/^(data|blob):/.test(request.url()))
+            fail(place, `asks for ${request.url()}`);
+    });
+    await page.goto(url(name), { waitUntil: "load" });
+    return { page, place };
+}
+
+const ids = new Map(); // of each page
+const links = []; // [from, page, id]
+let slowest = { ms: 0 };
+for (const name of pages) {
+    for (const [scheme, width] of [["light", 1280], ["dark", 1280], ["light", 390]]) {
+        const { page, place } = await open(name, scheme, width);
+        const ms = await page.evaluate(() => performance.getEntriesByType("navigation")[0].loadEventEnd);
+        if (ms > slowest.ms) slowest = { ms, name };
+        const overflow = await page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth);
+        if (overflow > 1) fail(place, `is ${overflow} pixels wider than the window`);
+        if (width > 1000) await page.evaluate(axe.source);
+        const found = width > 1000 && await page.evaluate(() => window.axe.run(document, { resultTypes: ["violations"] }));
+        for (const v of (found?.violations ?? []).filter((v) => ["serious", "critical"].includes(v.impact)))
+            fail(place, `axe: ${v.id}: ${v.help}: ${v.nodes.length} times, first ${v.nodes[0].html.slice(0, 150)}`);
+        if (shots) {
+            const file = name.replaceAll("/", "_").replace(".html", `-${scheme}-${width}.png`);
+            await page.screenshot({ path: path.join(shots, file), fullPage: width === 1280 && scheme === "light" });
+        }
+        if (scheme === "light" && width === 1280) {
+            ids.set(name, new Set(await page.$$eval("[id]", (all) => all.map((e) => e.id))));
+            for (const href of await page.$$eval("a[href]", (all) => all.map((e) => e.href))) {
+                if (!href.startsWith("file:")) continue;
+                const target = new URL(href);
+                const file = fileURLToPath(new URL(target.pathname, "file:"));
+                links.push([name, path.relative(site, file), decodeURIComponent(target.hash.slice(1))]);
+            }
+        }
+        await page.close();
+    }
+}
+for (const [from, to, id] of links) {
+    if (!ids.has(to)) {
+        if (!existsSync(path.join(site, to))) fail(from, `links to ${to}, which is not there`);
+    } else if (id && !ids.get(to).has(id)) {
+        fail(from, `links to ${to}#${id}, which is not there`);
+    }
+}
+
+// What a reader does.
+{
+    const { page, place } = await open("index.html", "light", 1280);
+    await page.fill("input[name=q]", "roulette");
+    await page.press("input[name=q]", "Enter");
+    await page.waitForSelector("#search-results li", { timeout: 10000 }).catch(() => fail(place, "search finds nothing"));
+    await page.goto(url("index.html"));
+    const picture = page.locator("button.enlarges").first();
+    const small = await picture.locator("img").boundingBox();
+    await picture.click();
+    const large = await page.locator("dialog.enlarged img").boundingBox();
+    if (!large || large.width <= small.width) fail(place, "a picture does not enlarge");
+    await page.keyboard.press("Escape");
+    if (await page.locator("dialog.enlarged").isVisible()) fail(place, "an enlarged picture stays");
+    await page.close();
+}
+{
+    const { page, place } = await open("recursion.html", "light", 1280);
+    if ((await page.locator(".katex").count()) === 0) fail(place, "no formula is rendered");
+    await page.close();
+}
+await browser.close();
+if (pages.length < 10) fail(site, `has ${pages.length} pages only`);
+console.log(`${pages.length} pages, ${links.length} links; slowest: ${slowest.name}, ${Math.round(slowest.ms)} ms`);
+if (failures) {
+    console.error(`${failures} failures`);
+    process.exit(1);
+}
