@@ -18,8 +18,12 @@ file(RELATIVE_PATH include_from_pkgconfig ${CMAKE_INSTALL_FULL_DATADIR}/pkgconfi
 configure_file(cmake/mis.pc.in ${PROJECT_BINARY_DIR}/mis.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/mis.pc DESTINATION ${pkgconfig_folder})
 
+if(MIS_is_top_level)
+    include(cmake/package.cmake)
+endif()
+
 # A renderer that installs mis has an uninstall of its own, or none.
-if(PROJECT_IS_TOP_LEVEL)
+if(MIS_is_top_level)
     add_custom_target(uninstall COMMAND ${CMAKE_COMMAND} -D MANIFEST=${PROJECT_BINARY_DIR}/install_manifest.txt -P
                                         ${PROJECT_SOURCE_DIR}/cmake/uninstall.cmake VERBATIM)
 endif()

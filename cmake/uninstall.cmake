@@ -1,6 +1,6 @@
 # Removes what the last `cmake --install` of a build wrote: the files that its ${MANIFEST} lists, below $DESTDIR as
 # when they were installed, and the folders that held nothing else.
-cmake_minimum_required(VERSION 3.21)
+cmake_minimum_required(VERSION 3.16)
 if(NOT EXISTS ${MANIFEST})
     message(FATAL_ERROR "Nothing to uninstall: ${MANIFEST}, which `cmake --install` writes, is not there.")
 endif()
@@ -18,7 +18,7 @@ foreach(file IN LISTS files)
         message(FATAL_ERROR "Cannot be removed: ${file}")
     endif()
     message(STATUS "Removed: ${file}")
-    cmake_path(GET file PARENT_PATH folder)
+    get_filename_component(folder "${file}" DIRECTORY)
     list(APPEND folders "${folder}")
 endforeach()
 

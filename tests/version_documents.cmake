@@ -1,4 +1,4 @@
-# CITATION.cff and CHANGELOG.md in ${SOURCE} are those of ${VERSION}: either it is what the unreleased changes are to
+# CITATION.cff, CHANGELOG.md and the packages in ${SOURCE} are those of ${VERSION}: either it is what the unreleased changes are to
 # be, or it is the newest release, whose date both say.
 cmake_minimum_required(VERSION 3.21)
 file(READ ${SOURCE}/CITATION.cff citation)
@@ -27,4 +27,14 @@ elseif(changelog MATCHES "\n## \\[([0-9.]+)\\] - ([0-9]+-[0-9]+-[0-9]+)\n" AND C
     endif()
 else()
     message(SEND_ERROR "CHANGELOG.md: ${VERSION} is neither what is to be released nor the newest release")
+endif()
+
+file(STRINGS ${SOURCE}/packaging/debian/changelog debian_changelog LIMIT_COUNT 1)
+if(NOT debian_changelog MATCHES "^mis \\(${VERSION}\\) ")
+    message(SEND_ERROR "packaging/debian/changelog: '${debian_changelog}', not ${VERSION}")
+endif()
+file(READ ${SOURCE}/packaging/vcpkg/ports/mis/vcpkg.json vcpkg)
+string(JSON vcpkg_version GET "${vcpkg}" version)
+if(NOT vcpkg_version STREQUAL VERSION)
+    message(SEND_ERROR "packaging/vcpkg/ports/mis/vcpkg.json: version '${vcpkg_version}', not ${VERSION}")
 endif()
