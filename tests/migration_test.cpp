@@ -4,8 +4,11 @@
 #include "../benchmarks/alternatives.hpp"
 #include "random_paths.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <doctest/doctest.h>
 #include <fstream>
 #include <map>
@@ -14,6 +17,7 @@
 #include <mis/verify/subpaths.hpp>
 #include <sstream>
 #include <string>
+#include <vector>
 
 using namespace test;
 using mis::technique_kind;
