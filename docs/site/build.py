@@ -20,6 +20,8 @@ normalize = pathlib.Path("/usr/share/javascript/normalize.css/normalize.css")
 # What the pages are in the menu, by what a reader is after.
 menu = {
     "In a renderer": ["path_tracer", "bidirectional", "merging", "media", "roulette", "edge_cases"],
+    "Into a renderer that has weights": [
+        "migrate", "migrate_three_numbers", "migrate_pbrt", "migrate_path_tracers", "migrate_hard_cases", "end_points"],
     "When the image is wrong": ["wrong_weights", "path_dump", "unit_tests"],
     "Which heuristic, how many samples": [
         "direct_lighting", "heuristics", "optimal", "allocation", "sequences", "bias"],

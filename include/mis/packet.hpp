@@ -12,7 +12,8 @@
 //
 // None of the three libraries is included. A packet is what compares to a mask instead of a bool. The mask
 // has .select and .any (Eigen), or beside it there are where and any_of (std::experimental), or select and
-// any (xsimd); so any other packet that has these is one as well.
+// any (xsimd); so any other packet that has these is one as well. Its numbers' type is value_type, or Value
+// (Dr.Jit).
 #pragma once
 
 #include <mis/config.hpp>
@@ -63,10 +64,13 @@ template <class M> struct object<M, std::void_t<typename M::PlainObject>> {
     using type = typename M::PlainObject;
 };
 
+template <class T, class = void> struct number { using type = typename T::value_type; };
+template <class T> struct number<T, std::void_t<typename T::Value>> { using type = typename T::Value; };
+
 } // namespace packets
 
 template <class T> struct lanes<T, std::enable_if_t<!std::is_convertible_v<packets::comparison<T>, bool>>> {
-    using scalar = typename T::value_type;
+    using scalar = typename packets::number<T>::type;
     using mask = typename packets::object<packets::comparison<T>>::type;
 
     template <class M> MIS_DETAIL_INLINE static T select(const M& condition, const T& yes, const T& no) {

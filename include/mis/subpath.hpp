@@ -49,7 +49,7 @@ static_assert(sizeof(subpath_state<float>) == 2 * sizeof(float) &&
               "the state is two scalars");
 
 // The camera's or the light's end of a path: where a walk starts, what a walk hits, or what a vertex is
-// joined to. docs/bidirectional.md has a table of what to put in for each kind of camera and light.
+// joined to. docs/end_points.md has a table of what to put in for each kind of camera and light.
 template <class T> struct end_point {
     pdf_position<T> position;     // of the point as its own walk's start
     pdf_next_event<T> next_event; // of the point as sampled for the end of the other walk
