@@ -46,10 +46,10 @@ async function open(name, colorScheme, width) {
     return { page, place };
 }
 
-const ids = new Map(); // of each page
+const ids = new Map(); // of each page, those that links may lead to
 const links = []; // [from, page, id]
 let slowest = { ms: 0 };
-for (const name of pages) {
+async function look_at(name) {
     for (const [scheme, width] of [["light", 1280], ["dark", 1280], ["light", 390]]) {
         const { page, place } = await open(name, scheme, width);
         const ms = await page.evaluate(() => performance.getEntriesByType("navigation")[0].loadEventEnd);
@@ -60,9 +60,9 @@ for (const name of pages) {
         const found = width > 1000 && await page.evaluate(() => window.axe.run(document, { resultTypes: ["violations"] }));
         for (const v of (found?.violations ?? []).filter((v) => ["serious", "critical"].includes(v.impact)))
             fail(place, `axe: ${v.id}: ${v.help}: ${v.nodes.length} times, first ${v.nodes[0].html.slice(0, 150)}`);
-        if (shots) {
+        if (shots && width > 1000) {
             const file = name.replaceAll("/", "_").replace(".html", `-${scheme}-${width}.png`);
-            await page.screenshot({ path: path.join(shots, file), fullPage: width === 1280 && scheme === "light" });
+            await page.screenshot({ path: path.join(shots, file), fullPage: scheme === "light" });
         }
         if (scheme === "light" && width === 1280) {
             ids.set(name, new Set(await page.$$eval("[id]", (all) => all.map((e) => e.id))));
@@ -76,6 +76,11 @@ for (const name of pages) {
         await page.close();
     }
 }
+// Two at a time.
+const left = pages.values();
+await Promise.all([left, left].map(async (mine) => {
+    for (const name of mine) await look_at(name);
+}));
 for (const [from, to, id] of links) {
     if (!ids.has(to)) {
         if (!existsSync(path.join(site, to))) fail(from, `links to ${to}, which is not there`);
