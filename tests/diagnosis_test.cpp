@@ -491,7 +491,8 @@ TEST_CASE("mistakes in media predict the weights of records that are changed in 
     for (int k = 0; k < 3000; ++k) {
         const path_record r = media_record(g);
         merges += is_merged_in_medium(r);
-        for (const auto& [what, make] : changes) {
+        for (const auto& [sentence, make] : changes) {
+            const char* const what = sentence;
             path_record different = r;
             make(different);
             const double weight = weight_of(different);
