@@ -935,6 +935,8 @@ TEST_CASE("records that are written are read again, number for number") {
             if (g.chance(0.5))
                 x.photon_survival = 0.75;
             r.vertices.push_back(x);
+            for (int k = g.integer(0, 5); i + 1 < n && k < 2; ++k)
+                r.boundaries.push_back({i, any_number(), any_number(), any_number(), any_number()});
         }
         const std::string line = mis::verify::to_json(r);
         CAPTURE(line);
@@ -965,6 +967,15 @@ TEST_CASE("records that are written are read again, number for number") {
                 CHECK_MESSAGE(y.*number.member == x.*number.member, number.name);
             CHECK(y.distance2_to_light == x.distance2_to_light);
             CHECK(y.photon_survival == x.photon_survival);
+        }
+        REQUIRE(read.boundaries.size() == r.boundaries.size());
+        for (std::size_t i = 0; i < r.boundaries.size(); ++i) {
+            const mis::recorded_boundary &a = r.boundaries[i], &b = read.boundaries[i];
+            CHECK(b.edge == a.edge);
+            CHECK(b.distance == a.distance);
+            CHECK(b.cosine == a.cosine);
+            CHECK(b.pass_from_camera == a.pass_from_camera);
+            CHECK(b.pass_from_light == a.pass_from_light);
         }
     }
 }
