@@ -146,10 +146,18 @@ std::optional<vec3> vector_of(std::string_view key, const element& value) {
 
 // ---- Vertices ----
 
+// With their lengths, which most keys already differ in.
+constexpr auto number_names = [] {
+    std::array<std::string_view, mis::recorded_numbers.size()> names{};
+    for (std::size_t i = 0; i < names.size(); ++i)
+        names[i] = mis::recorded_numbers[i].name;
+    return names;
+}();
+
 double* find_number_field(mis::recorded_vertex& x, std::string_view key) {
-    for (const mis::recorded_number& number : mis::recorded_numbers)
-        if (number.name == key)
-            return &(x.*number.member);
+    for (std::size_t i = 0; i < number_names.size(); ++i)
+        if (number_names[i] == key)
+            return &(x.*mis::recorded_numbers[i].member);
     return nullptr;
 }
 
