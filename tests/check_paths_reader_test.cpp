@@ -249,7 +249,12 @@ TEST_CASE("each number of a vertex goes to its own place") {
         {"selection", &x::selection},
         {"selection_next_event", &x::selection_next_event},
         {"eta_to_camera", &x::eta_to_camera},
-        {"eta_to_light", &x::eta_to_light}};
+        {"eta_to_light", &x::eta_to_light},
+        {"beam_from_camera", &x::beam_from_camera},
+        {"beam_from_light", &x::beam_from_light},
+        {"sin_angle", &x::sin_angle},
+        {"pass_from_camera", &x::pass_from_camera},
+        {"pass_from_light", &x::pass_from_light}};
     for (const auto& [name, member] : fields) {
         json j = plain_record();
         j["vertices"][1][name] = 0.375;
@@ -295,6 +300,42 @@ TEST_CASE("the defaults of vertices") {
     j["vertices"][2]["dirac"] = true;
     CHECK(!read_one(j).vertices[0].dirac);
     CHECK(read_one(j).vertices[2].dirac);
+}
+
+TEST_CASE("boundaries that edges pass") {
+    json j = plain_record("connection", 2, 5);
+    j["vertices"][0]["boundaries"] = {{{"distance", 2}, {"cos", 0.5}}};
+    j["vertices"][3]["boundaries"] = {{{"distance", 1}, {"cos", 0.25}, {"pass_from_light", 0.125}},
+                                      {{"distance", 3}, {"cos", 1}, {"pass_from_camera", 0.75}}};
+    const contents c = read_all(j.dump() + "\n" + plain_record().dump());
+    REQUIRE(c.records.size() == 2);
+    const auto& found = c.records[0].boundaries;
+    REQUIRE(found.size() == 3);
+    CHECK(found[0].edge == 0);
+    CHECK(found[0].distance == 2);
+    CHECK(found[0].cosine == 0.5);
+    CHECK(found[0].pass_from_camera == 1);
+    CHECK(found[0].pass_from_light == 1);
+    CHECK(found[1].edge == 3);
+    CHECK(found[1].pass_from_light == 0.125);
+    CHECK(found[2].edge == 3);
+    CHECK(found[2].distance == 3);
+    CHECK(found[2].pass_from_camera == 0.75);
+    CHECK(c.records[1].boundaries.empty());
+    const auto error_with = [&](const json& boundaries) {
+        json bad = plain_record();
+        bad["vertices"][1]["boundaries"] = boundaries;
+        return error_of(bad);
+    };
+    CHECK(error_with(1) == "vertex 1: \"boundaries\" is a number, not an array");
+    CHECK(error_with({1}) == "vertex 1: \"boundaries\" is a number, not an object");
+    CHECK(error_with({{{"cos", 1}}}) == "vertex 1: boundaries: \"distance\" is missing");
+    CHECK(error_with({{{"distance", 1}}}) == "vertex 1: boundaries: \"cos\" is missing");
+    CHECK(error_with({{{"distance", "far"}, {"cos", 1}}}) ==
+          "vertex 1: \"distance\" is a string, not a number");
+    CHECK(read_one(replaced(j.dump(), R"("kind":"camera")",
+                            R"("boundaries":[{"distance":1,"cos":1}],"kind":"camera")"))
+              .boundaries.size() == 3); // of duplicate keys the last
 }
 
 TEST_CASE("kinds of vertices, and where they may be") {
@@ -894,6 +935,8 @@ TEST_CASE("records that are written are read again, number for number") {
             if (g.chance(0.5))
                 x.photon_survival = 0.75;
             r.vertices.push_back(x);
+            for (int k = g.integer(0, 5); i + 1 < n && k < 2; ++k)
+                r.boundaries.push_back({i, any_number(), any_number(), any_number(), any_number()});
         }
         const std::string line = mis::verify::to_json(r);
         CAPTURE(line);
@@ -924,6 +967,15 @@ TEST_CASE("records that are written are read again, number for number") {
                 CHECK_MESSAGE(y.*number.member == x.*number.member, number.name);
             CHECK(y.distance2_to_light == x.distance2_to_light);
             CHECK(y.photon_survival == x.photon_survival);
+        }
+        REQUIRE(read.boundaries.size() == r.boundaries.size());
+        for (std::size_t i = 0; i < r.boundaries.size(); ++i) {
+            const mis::recorded_boundary &a = r.boundaries[i], &b = read.boundaries[i];
+            CHECK(b.edge == a.edge);
+            CHECK(b.distance == a.distance);
+            CHECK(b.cosine == a.cosine);
+            CHECK(b.pass_from_camera == a.pass_from_camera);
+            CHECK(b.pass_from_light == a.pass_from_light);
         }
     }
 }

@@ -5,7 +5,9 @@
 
 #include <cstdio>
 #include <doctest/doctest.h>
+#include <functional>
 #include <mis/verify/diagnosis.hpp>
+#include <numeric>
 
 using namespace test;
 
@@ -148,6 +150,16 @@ TEST_CASE("a weight that is no number never agrees, whatever it should follow fr
         is_bad("material", [&](auto& r) { r.vertices[1].material = bad; });
         is_bad("density_from_light", [&](auto& r) { r.vertices[1].density_from_light = bad; });
     }
+    for (const double bad : {nan, inf, -1.0}) {
+        is_bad("families", [&](auto& r) { r.families[2].radius = bad; });
+        is_bad("sin_angle", [&](auto& r) { r.vertices[1].sin_angle = bad; });
+        is_bad("pass_from_light", [&](auto& r) { r.vertices[1].pass_from_light = bad; });
+        is_bad("boundaries", [&](auto& r) { r.boundaries = {{0, bad}}; });
+        is_bad("boundaries", [&](auto& r) { r.boundaries = {{0, 1, bad}}; });
+        is_bad("boundaries", [&](auto& r) { r.boundaries = {{0, 1, 1, bad, 1}}; });
+    }
+    is_bad("boundaries", [](auto& r) { r.boundaries = {{2, 1}}; }); // behind the light
+    is_bad("boundaries", [](auto& r) { r.boundaries = {{-1, 1}}; });
     is_bad("alpha", [](auto& r) { r.heuristic = mis::heuristic_kind::cutoff, r.parameter = 2; });
     is_bad("vertices", [](auto& r) { r.vertices.clear(); });
     is_bad("vertices", [](auto& r) { r.vertices.resize(1); });
@@ -292,4 +304,322 @@ TEST_CASE("a beta from 1/4 to 8 is found") {
             CHECK(f.suspects[0].constant.given == given);
             CHECK(f.suspects[0].constant.fitted == doctest::Approx(used).epsilon(1e-3));
         }
+}
+
+// ---- Media ----
+
+namespace {
+
+// A random path with vertices in media, all families on; merged in a medium where there is one.
+mis::path_record media_record(generator& g) {
+    for (;;) {
+        const int n = g.integer(3, 8);
+        auto path = make_path<double>(g, n, spread{1.5, 1, 0.1, 0});
+        const int place = g.integer(0, mis::technique_count(n) - 1);
+        auto r = record_of(path, mis::technique_at(n, place));
+        for (auto& family : r.families)
+            family = {g.log_uniform<double>(0, 3), g.log_uniform<double>(-1, 0)};
+        r.family = static_cast<mis::merge_family>(g.integer(0, 3));
+        r.heuristic = g.chance(0.5) ? mis::heuristic_kind::power : mis::heuristic_kind::balance;
+        bool any = false;
+        for (auto& x : r.vertices) {
+            x.merge_factor = 1;
+            if (x.kind != mis::vertex_kind::medium)
+                continue;
+            any = true;
+            x.beam_from_camera = g.log_uniform<double>(-1, 1);
+            x.beam_from_light = g.log_uniform<double>(-1, 1);
+            x.sin_angle = g.chance(0.1) ? 0 : g.uniform();
+            x.pass_from_camera = 0.1 + 0.9 * g.uniform();
+            x.pass_from_light = 0.1 + 0.9 * g.uniform();
+        }
+        if (any)
+            return r;
+    }
+}
+bool is_merged_in_medium(const mis::path_record& r) {
+    return r.technique.kind == mis::technique_kind::merge &&
+           r.vertices[std::size_t(r.technique.camera_vertices - 1)].kind == mis::vertex_kind::medium;
+}
+
+double weight_of(const mis::path_record& r) {
+    mis::weight_terms terms;
+    mis::terms_of(r, terms);
+    return mis::weight_of(terms).weight;
+}
+// The weight that the mistake with this sentence predicts.
+double predicted(const char* what, const mis::path_record& r) {
+    for (const mis::mistake& m : mis::mistakes)
+        if (std::string(m.what) == what) {
+            mis::weight_terms terms;
+            mis::terms_of(r, terms);
+            REQUIRE(m.plant(terms, r) != mis::planted::unknown);
+            return mis::weight_of(terms).weight;
+        }
+    FAIL("no such mistake: ", what);
+    return 0;
+}
+
+} // namespace
+
+TEST_CASE("mistakes in media predict the weights of records that are changed in the same way") {
+    using mis::path_record, mis::recorded_vertex;
+    const auto each_in_media = [](path_record& r, auto&& change) {
+        for (auto& x : r.vertices)
+            if (x.kind == mis::vertex_kind::medium)
+                change(x);
+    };
+    const auto merged = [](path_record& r) -> recorded_vertex* {
+        return is_merged_in_medium(r) ? &r.vertices[std::size_t(r.technique.camera_vertices - 1)] : nullptr;
+    };
+    const auto family = [](path_record& r, mis::merge_family f) -> mis::recorded_family& {
+        return r.families[std::size_t(f)];
+    };
+    using f = mis::merge_family;
+    const auto has_camera_beam = [](const path_record& r) {
+        return r.family == f::point_beam || r.family == f::beam_beam;
+    };
+    using change = std::function<void(path_record&)>;
+    const std::vector<std::pair<const char*, change>> changes{
+        {"Densities of distances in media, and probabilities of passing them, are left out.",
+         [](path_record& r) {
+             for (auto& x : r.vertices)
+                 x.pdf_distance_from_camera = x.pdf_distance_from_light = 1;
+         }},
+        {"Densities of distances are left out of the reverse densities at vertices in media.",
+         [](path_record& r) {
+             const bool merges = r.technique.kind == mis::technique_kind::merge;
+             for (int i = 0; i < int(r.vertices.size()); ++i) {
+                 auto& x = r.vertices[std::size_t(i)];
+                 if (x.kind != mis::vertex_kind::medium)
+                     continue;
+                 if (i >= r.technique.camera_vertices)
+                     x.pdf_distance_from_camera = 1;
+                 if (i < r.technique.camera_vertices - (merges ? 1 : 0))
+                     x.pdf_distance_from_light = 1;
+             }
+         }},
+        {"At a merge in a medium, the density of the light walk's distance is left out.",
+         [&](path_record& r) {
+             if (auto* x = merged(r))
+                 x->pdf_distance_from_light = 1;
+         }},
+        {"At a merge in a medium, both densities of distances are applied twice.",
+         [&](path_record& r) {
+             if (auto* x = merged(r)) {
+                 x->pdf_distance_from_camera *= x->pdf_distance_from_camera;
+                 x->pdf_distance_from_light *= x->pdf_distance_from_light;
+             }
+         }},
+        {"Where a merge is on a camera beam, the camera walk's density has the probability of passing in the "
+         "place of the density of the distance.",
+         [&](path_record& r) {
+             auto* x = merged(r);
+             if (x && has_camera_beam(r)) {
+                 x->pdf_distance_from_camera *= x->beam_from_camera;
+                 x->beam_from_camera = 1;
+             }
+         }},
+        {"Beams count as points: one sample for each density of the distance.",
+         [&](path_record& r) {
+             each_in_media(r, [](recorded_vertex& x) { x.beam_from_camera = x.beam_from_light = 1; });
+         }},
+        {"The samples of long beams are 1 over the probability of passing instead of 1 over the density of "
+         "the distance.",
+         [&](path_record& r) {
+             each_in_media(r, [](recorded_vertex& x) {
+                 x.beam_from_camera = 1 / x.pass_from_camera;
+                 x.beam_from_light = 1 / x.pass_from_light;
+             });
+         }},
+        {"Short light beams count as long ones: the probability of passing is left out.",
+         [&](path_record& r) {
+             each_in_media(r, [](recorded_vertex& x) { x.beam_from_light /= x.pass_from_light; });
+         }},
+        {"Long camera beams count as short ones: the probability of passing is applied.",
+         [&](path_record& r) {
+             each_in_media(r, [](recorded_vertex& x) { x.beam_from_camera *= x.pass_from_camera; });
+         }},
+        {"The sine of the angle between the beams is left out of beam-beam merges.",
+         [&](path_record& r) { each_in_media(r, [](recorded_vertex& x) { x.sin_angle = 1; }); }},
+        {"Beam-beam merges are divided by the sine of the angle between the beams.",
+         [&](path_record& r) {
+             each_in_media(
+                 r, [](recorded_vertex& x) { x.sin_angle = x.sin_angle > 0 ? 1 / x.sin_angle : 1e300; });
+         }},
+        {"Beam-beam merges have the number of light walks that leave points.",
+         [&](path_record& r) { family(r, f::beam_beam).count = mis::detail::number_of_points(r); }},
+        {"Merges with light points have the number of light walks that leave beams.",
+         [&](path_record& r) {
+             family(r, f::point_point).count = family(r, f::point_beam).count =
+                 std::max(family(r, f::beam_point).count, family(r, f::beam_beam).count);
+         }},
+        {"Beam-beam merges have the radius of point-beam ones.",
+         [&](path_record& r) { family(r, f::beam_beam).radius = family(r, f::point_beam).radius; }},
+        {"All families have the radius of beam-beam merges.",
+         [&](path_record& r) {
+             for (auto& one : r.families)
+                 one.radius = family(r, f::beam_beam).radius;
+         }},
+        {"All families have the kernel of point-beam merges: its dimension and its radius.",
+         [&](path_record& r) {
+             const double radius = family(r, f::point_beam).radius, area = mis::merge_area(radius);
+             family(r, f::point_point).radius = std::cbrt(area / (4.1887902047863910));
+             family(r, f::beam_point).radius = radius;
+             family(r, f::beam_beam).radius = area / 2;
+         }},
+        {"The number of photons, or beams, is left out of merges in media.",
+         [&](path_record& r) {
+             for (auto& one : r.families)
+                 one.count = 1;
+         }},
+        {"The kernel's volume, area or length is left out of merges in media.",
+         [&](path_record& r) {
+             r.families = {{{family(r, f::point_point).count, std::cbrt(1 / 4.1887902047863910)},
+                            {family(r, f::point_beam).count, std::sqrt(1 / mis::merge_area(1.0))},
+                            {family(r, f::beam_point).count, std::sqrt(1 / mis::merge_area(1.0))},
+                            {family(r, f::beam_beam).count, 0.5}}};
+         }},
+        {"Point-beam merges are missing in the other techniques' weights.",
+         [&](path_record& r) {
+             if (!is_merged_in_medium(r) || r.family != f::point_beam)
+                 family(r, f::point_beam).count = 0;
+         }},
+    };
+    generator g(13);
+    int merges = 0, changed = 0;
+    for (int k = 0; k < 3000; ++k) {
+        const path_record r = media_record(g);
+        merges += is_merged_in_medium(r);
+        for (const auto& [sentence, make] : changes) {
+            const char* const what = sentence;
+            path_record different = r;
+            make(different);
+            const double weight = weight_of(different);
+            CAPTURE(std::string(what));
+            CHECK(predicted(what, r) == doctest::Approx(weight).epsilon(1e-9));
+            changed += !mis::agree(weight, weight_of(r), 1e-4);
+        }
+    }
+    CHECK(merges > 200);
+    CHECK(changed > 10'000);
+}
+
+TEST_CASE("boundaries that count as vertices predict the weights of paths with these vertices") {
+    generator g(17);
+    int compared = 0, at_infinity = 0;
+    for (int k = 0; k < 4000; ++k) {
+        // The path of the mistaken renderer: its boundaries are surfaces between other vertices.
+        const int n = g.integer(2, 5);
+        auto path = make_path<double>(g, n, spread{1, 1, 0.1, 0});
+        const auto true_technique = mis::technique_at(n, g.integer(0, mis::technique_count(n) - 1));
+        const bool merges = true_technique.kind == mis::technique_kind::merge;
+        const int joined = merges ? -1 : true_technique.camera_vertices - 1;
+        auto r = record_of(path, true_technique);
+        random_path<double> longer = path;
+        auto t = true_technique;
+        for (int i = n - 2; i >= 0; --i) {
+            if (g.chance(0.5))
+                continue;
+            const int count = g.integer(1, 3);
+            const auto& x = path.vertices[std::size_t(i)];
+            const bool is_infinite = path.vertices[std::size_t(i) + 1].kind == vertex_kind::infinite_light;
+            const double whole = is_infinite ? 4 : std::sqrt(x.distance2_to_light);
+            std::vector<mis::recorded_boundary> found;
+            std::vector<double> pieces; // of the edge, and of the probabilities of passing, from either side
+            std::vector<double> to_light, to_camera;
+            for (int p = 0; p <= count; ++p) {
+                pieces.push_back(0.1 + g.uniform());
+                to_light.push_back(0.1 + 0.9 * g.uniform());
+                to_camera.push_back(0.1 + 0.9 * g.uniform());
+            }
+            const double sum = std::accumulate(pieces.begin(), pieces.end(), 0.0);
+            double distance = 0, from_camera = 1;
+            for (int p = 0; p < count; ++p) {
+                distance += pieces[std::size_t(p)] * whole / sum;
+                from_camera *= to_light[std::size_t(p)];
+                const double from_light =
+                    std::accumulate(to_camera.begin() + p + 1, to_camera.end(), 1.0, std::multiplies<>());
+                found.push_back({i, distance, 0.1 + 0.9 * g.uniform(), from_camera, from_light});
+            }
+            r.boundaries.insert(r.boundaries.begin(), found.begin(), found.end());
+            if (i == joined)
+                continue;
+            at_infinity += is_infinite;
+            auto& near = longer.vertices[std::size_t(i)];
+            auto& far = longer.vertices[std::size_t(i) + 1];
+            const double d_light = near.pdf_distance_from_light, d_camera = far.pdf_distance_from_camera;
+            near.distance2_to_light = found[0].distance * found[0].distance;
+            near.pdf_distance_from_light = d_light / found[0].pass_from_light;
+            far.pdf_distance_from_camera = d_camera / found.back().pass_from_camera;
+            for (int p = count - 1; p >= 0; --p) {
+                const auto& b = found[std::size_t(p)];
+                const bool is_last = p + 1 == count;
+                mis::measured_vertex<double> between;
+                between.pdf_to_light = between.pdf_to_camera = 1;
+                between.cos_to_camera = between.cos_to_light = b.cosine;
+                const double length = (is_last ? whole : found[std::size_t(p) + 1].distance) - b.distance;
+                between.distance2_to_light = is_last && is_infinite ? 1 : length * length;
+                between.pdf_distance_from_camera = to_light[std::size_t(p)];
+                between.pdf_distance_from_light = to_camera[std::size_t(p) + 1];
+                longer.vertices.insert(longer.vertices.begin() + i + 1, between);
+            }
+            t.camera_vertices += i < true_technique.camera_vertices - 1 ? count : 0;
+        }
+        REQUIRE(t.kind == mis::technique_at(longer.size(), mis::technique_index(longer.size(), t)).kind);
+        const double right = mis::weight(mis::balance, longer.counts, longer.data(), longer.size(), t);
+        const double found = predicted(
+            "Index-matched boundaries of media count as vertices that can be joined and merged.", r);
+        CHECK(found == doctest::Approx(right).epsilon(1e-9));
+        compared += right > 0 && right < 1;
+    }
+    CHECK(compared > 1000);
+    CHECK(at_infinity > 100);
+}
+
+TEST_CASE("a merge on a beam that is not given is missing what it needs; on one that is off, nothing") {
+    generator g(19);
+    int missing = 0;
+    for (int k = 0; k < 2000; ++k) {
+        auto r = media_record(g);
+        if (!is_merged_in_medium(r) || weight_of(r) == 0)
+            continue;
+        const int j = r.technique.camera_vertices - 1;
+        r.vertices[std::size_t(j)].beam_from_light = mis::not_given;
+        const mis::judgement all = judged(r);
+        CHECK(all.verdict == mis::verdict::incomplete);
+        for (const auto f : {mis::merge_family::beam_point, mis::merge_family::beam_beam})
+            r.families[std::size_t(f)].count = 0;
+        r.family = mis::merge_family::point_beam;
+        CHECK(judged(r).verdict != mis::verdict::incomplete);
+        if (all.place.field && all.place.vertex == j) {
+            CHECK(std::string(all.place.field) == "beam_from_light");
+            ++missing;
+        }
+    }
+    CHECK(missing > 50);
+}
+
+TEST_CASE("the product of a family's density that leaves the range of float is found") {
+    mis::path_record r = small_record();
+    auto& x = r.vertices[1];
+    x.kind = mis::vertex_kind::medium;
+    x.beam_from_camera = x.beam_from_light = x.sin_angle = 1;
+    r.technique = {mis::technique_kind::merge, 2};
+    r.family = mis::merge_family::point_beam;
+    r.families[1] = {1e10, 1};
+    const auto overflow = [&] {
+        mis::weight_terms terms;
+        mis::terms_of(r, terms);
+        return mis::first_float_overflow(terms);
+    };
+    CHECK(overflow() == -1);
+    x.beam_from_camera = 1e30; // 1e40 from the first vertex on
+    CHECK(overflow() == 0);
+    x.beam_from_camera = 1;
+    x.density_from_camera = 1e20; // and of both walks' densities at the merged vertex
+    x.density_from_light = 1e20;
+    CHECK(overflow() == 1);
+    r.families[1].count = 0; // that nobody else has
+    CHECK(overflow() == -1);
 }

@@ -65,6 +65,10 @@ endif()
 expect_success(--size 8 --samples 3 --heuristic balance --optimal 4 --output ${folder}/optimal)
 expect_same(${folder}/optimal/cornell-optimal.exr ${folder}/optimal/cornell.exr)
 
+# Mistakes are planted among merges in media, too.
+expect_success(--scene milk --algorithm upbp --size 8 --samples 1 --no-checks --beam-walks 8 --mistake beam_count --output
+               ${folder}/media)
+
 # The last image is its own reference, but for the file's floats.
 file(READ ${folder}/all/cornell-convergence.csv table)
 set(number "[0-9.e+-]+")

@@ -2,6 +2,7 @@
 // Paths of the reference renderer as the path checker reads them.
 #pragma once
 
+#include <bpt/media_options.hpp>
 #include <cstdio>
 #include <cstdlib>
 #include <doctest/doctest.h>
@@ -37,6 +38,16 @@ inline std::vector<mis::path_record> records_of(const std::vector<std::string>& 
     CHECK(error.empty());
     std::fclose(file);
     return records;
+}
+
+// All families of merges in media, with a radius for each dimension; long beams of the camera, short ones of
+// the light.
+inline bpt::media_merges<double> all_families(const lab::scene<double>& scene, int width) {
+    bpt::media_options o;
+    o.radius_3d = 0.03;
+    o.radius_1d = 0.005;
+    o.beam_walks = 100;
+    return bpt::media_merges_of("upbp", true, o, 0.01, scene.radius, double(width * width));
 }
 
 } // namespace test

@@ -146,10 +146,18 @@ std::optional<vec3> vector_of(std::string_view key, const element& value) {
 
 // ---- Vertices ----
 
+// With their lengths, which most keys already differ in.
+constexpr auto number_names = [] {
+    std::array<std::string_view, mis::recorded_numbers.size()> names{};
+    for (std::size_t i = 0; i < names.size(); ++i)
+        names[i] = mis::recorded_numbers[i].name;
+    return names;
+}();
+
 double* find_number_field(mis::recorded_vertex& x, std::string_view key) {
-    for (const mis::recorded_number& number : mis::recorded_numbers)
-        if (number.name == key)
-            return &(x.*number.member);
+    for (std::size_t i = 0; i < number_names.size(); ++i)
+        if (number_names[i] == key)
+            return &(x.*mis::recorded_numbers[i].member);
     return nullptr;
 }
 
@@ -186,11 +194,42 @@ void read_photon(const element& value, mis::recorded_vertex& x, site& photon) {
     }
 }
 
+// [{"distance": 2, "cos": 0.5, "pass_from_camera": 1, "pass_from_light": 0.3}, ...]
+void read_boundaries(const element& value, int edge, std::vector<mis::recorded_boundary>& boundaries) {
+    simdjson::dom::array array;
+    if (value.get(array) != simdjson::SUCCESS)
+        fail_type("boundaries", value, "an array");
+    while (!boundaries.empty() && boundaries.back().edge == edge) // of duplicate keys
+        boundaries.pop_back();
+    for (const element one : array) {
+        mis::recorded_boundary b;
+        b.edge = edge;
+        bool has_distance = false, has_cosine = false;
+        for (const auto [key, field] : object_of("boundaries", one)) {
+            if (key == "distance") {
+                b.distance = number_of(key, field);
+                has_distance = true;
+            } else if (key == "cos") {
+                b.cosine = number_of(key, field);
+                has_cosine = true;
+            } else if (key == "pass_from_camera") {
+                b.pass_from_camera = number_of(key, field);
+            } else if (key == "pass_from_light") {
+                b.pass_from_light = number_of(key, field);
+            }
+        }
+        if (!has_distance || !has_cosine)
+            fail(std::string("boundaries: ") + (has_distance ? "\"cos\"" : "\"distance\"") + " is missing");
+        boundaries.push_back(b);
+    }
+}
+
 // A distance is kept squared; a negative one stays negative, to be found.
 double signed_square(double x) { return x * std::abs(x); }
 
-void read_vertex(const element& value, mis::recorded_vertex& x, vertex_geometry& geometry) {
-    x = {};
+void read_vertex(const element& value, mis::path_record& record, vertex_geometry& geometry) {
+    const int place = static_cast<int>(record.vertices.size());
+    mis::recorded_vertex& x = record.vertices.emplace_back();
     geometry = {};
     std::optional<mis::vertex_kind> kind;
     std::optional<bool> dirac;
@@ -210,6 +249,8 @@ void read_vertex(const element& value, mis::recorded_vertex& x, vertex_geometry&
             geometry.direction = vector_of(key, field);
         else if (key == "photon")
             read_photon(field, x, geometry.photon);
+        else if (key == "boundaries")
+            read_boundaries(field, place, record.boundaries);
         else
             read_site_field(key, field, geometry.own);
     }
@@ -227,21 +268,21 @@ void read_vertex(const element& value, mis::recorded_vertex& x, vertex_geometry&
         geometry.photon.shading_normal = geometry.own.shading_normal;
 }
 
-void read_vertices(const element& value, std::vector<mis::recorded_vertex>& vertices,
-                   std::vector<vertex_geometry>& geometry) {
+void read_vertices(const element& value, mis::path_record& record, std::vector<vertex_geometry>& geometry) {
     simdjson::dom::array array;
     if (value.get(array) != simdjson::SUCCESS)
         fail_type("vertices", value, "an array");
-    vertices.clear();
+    record.vertices.clear();
+    record.boundaries.clear();
     geometry.clear();
     if (const std::size_t count = array.size(); count > most_vertices)
         fail("a path has at most " + std::to_string(most_vertices) + " vertices, not " +
              std::to_string(count));
     for (const element vertex : array) {
         try {
-            read_vertex(vertex, vertices.emplace_back(), geometry.emplace_back());
+            read_vertex(vertex, record, geometry.emplace_back());
         } catch (const malformed& error) {
-            fail("vertex " + std::to_string(vertices.size() - 1) + ": " + error.what);
+            fail("vertex " + std::to_string(record.vertices.size() - 1) + ": " + error.what);
         }
     }
 }
@@ -340,7 +381,7 @@ void read_field(std::string_view key, const element& value, mis::path_record& re
     } else if (key == "counts") {
         read_counts(value, record.counts, has);
     } else if (key == "vertices") {
-        read_vertices(value, record.vertices, geometry);
+        read_vertices(value, record, geometry);
         has.vertices = true;
     }
 }

@@ -43,7 +43,15 @@ nlohmann::ordered_json to_json(const scene<Real>& scene, const seen_path<Real>& 
         j["beam_from_camera"] = path.beams[i].from_camera;
         j["beam_from_light"] = path.beams[i].from_light;
         j["sin_angle"] = length(cross(path.to_camera[i], path.to_light[i]));
+        j["pass_from_camera"] = path.edges[i - 1].last.pass;
+        j["pass_from_light"] = path.edges[i].first.pass;
     }
+    for (const auto& b : path.boundaries)
+        if (b.edge == i)
+            j["boundaries"].push_back({{"distance", b.distance},
+                                       {"cos", b.cosine},
+                                       {"pass_from_camera", b.pass_from_camera},
+                                       {"pass_from_light", b.pass_from_light}});
     if (!has_previous || !has_next)
         j["pdf_position"] = r.pdf_position;
     if (is_light(x)) {

@@ -106,9 +106,6 @@ template <class Real> lab::settings<Real> settings_of(const options& o, const bp
     set.counts.max_camera_vertices = o.max_camera_vertices;
     set.counts.max_light_vertices = o.max_light_vertices;
     set.mistakes = mistakes_of(o);
-    if (set.mistakes.any() && bpt::has_media(scene) && (set.media.any() || set.counts.merge > Real(0)))
-        throw std::runtime_error(
-            "--mistake knows no merges in media: take another --scene, or --algorithm bpt");
     set.check_weights = !o.no_checks;
     set.balance_all = o.optimal > 0;
     // At least one of each row; what is above the limit is left out afterwards.

@@ -11,6 +11,13 @@ using namespace bpt;
 
 template <class Real> using renderer = bpt::renderer<Real, any_heuristic>;
 
+// An index-matched boundary that an edge passes. No vertex of a path.
+template <class Real> struct boundary {
+    int edge = 0;                                   // from x_i to x_{i+1}: i
+    Real distance = 0, cosine = 1;                  // from x_i; between the edge and the boundary's normal
+    Real pass_from_camera = 1, pass_from_light = 1; // of coming so far, from x_i and from x_{i+1}
+};
+
 template <class Real> struct seen_path {
     int size = 0;            // n
     int camera_vertices = 0; // s: x_0 ... x_{s-1} have been made by a camera walk
@@ -27,6 +34,7 @@ template <class Real> struct seen_path {
     flight<Real> edges[longest_path];            // from x_i, or the photon, to x_{i+1}: what lies on it
     mis::family_sizes<Real> sizes[longest_path]; // of the merges at vertices in media
     mis::beams<Real> beams[longest_path];        // that end there
+    std::vector<boundary<Real>> boundaries;      // from camera to light
 
     const vertex<Real>& operator[](int i) const { return *vertices[i]; }
 };
@@ -72,15 +80,53 @@ template <class Real> const vertex<Real>& start_of_edge(const seen_path<Real>& s
     return i == seen.merged ? *seen.photon : seen[i];
 }
 
+// The medium that the edge from x_i begins in.
+template <class Real> int medium_of_edge(const scene<Real>& scene, const seen_path<Real>& seen, int i) {
+    const vertex<Real>& x = start_of_edge(seen, i);
+    if (i == 0)
+        return scene.medium;
+    return scatters_dirac(x) && x.material->kind == material_kind::glass
+               ? medium_towards(scene, x.point, seen.to_light[i])
+               : x.medium;
+}
+
 // What lies on the edge from x_i, followed anew. A surface that rounding has put there is no matter.
 template <class Real> flight<Real> edge_from(const scene<Real>& scene, const seen_path<Real>& seen, int i) {
     vertex<Real> x = start_of_edge(seen, i);
-    if (i == 0)
-        x.medium = scene.medium;
-    else if (scatters_dirac(x) && x.material->kind == material_kind::glass)
-        x.medium = medium_towards(scene, x.point, seen.to_light[i]);
+    x.medium = medium_of_edge(scene, seen, i);
     bool is_blocked = false;
     return has_media(scene) ? between(scene, x, seen[i + 1], seen.to_light[i], is_blocked) : flight<Real>{};
+}
+
+// Adds the boundaries on the edge from x_i.
+template <class Real> void add_boundaries(const scene<Real>& scene, seen_path<Real>& seen, int i) {
+    const vertex<Real>&x = start_of_edge(seen, i), &y = seen[i + 1];
+    const vec3<Real>& to = seen.to_light[i];
+    const Real whole = is_infinite(y) ? 3 * scene.radius : std::sqrt(squared_distance(x, y));
+    const std::size_t first = seen.boundaries.size();
+    int medium = medium_of_edge(scene, seen, i);
+    const auto passed = [&](Real length) { // in the present medium
+        const auto* m = medium_at(scene, medium);
+        return m ? mis::distance_in_medium(&m->extinction.x, 3, length).pass : Real(1);
+    };
+    Real begin = 0, reached = 1;
+    for (;;) {
+        const bool starts_in_medium = begin == Real(0) && is_in_medium(x);
+        const auto hit = intersect(scene, x.point.position + begin * to, to, whole - begin,
+                                   starts_in_medium ? Real(0) : scene.epsilon());
+        if (!hit || !is_boundary(scene, *hit))
+            break;
+        const Real end = dot(hit->position - x.point.position, to), piece = passed(end - begin);
+        reached *= piece;
+        for (std::size_t k = first; k < seen.boundaries.size(); ++k)
+            seen.boundaries[k].pass_from_light *= piece;
+        seen.boundaries.push_back({i, end, std::abs(dot(hit->normal, to)), reached, Real(1)});
+        medium = medium_towards(scene, *hit, to);
+        begin = end;
+    }
+    const Real piece = passed(whole - begin);
+    for (std::size_t k = first; k < seen.boundaries.size(); ++k)
+        seen.boundaries[k].pass_from_light *= piece;
 }
 
 // Densities, cosines and distances of one vertex that scatters.
@@ -130,8 +176,14 @@ seen_path<Real> look_at(const scene<Real>& scene, int width, const complete_path
                         const std::vector<walk<Real>>& light_walks = {}) {
     seen_path<Real> seen;
     find_vertices(scene, path, light_walks, seen);
-    for (int i = 0; i + 1 < seen.size; ++i)
+    const bool has_boundaries =
+        std::any_of(scene.materials.begin(), scene.materials.end(),
+                    [](const material<Real>& m) { return m.kind == material_kind::boundary; });
+    for (int i = 0; i + 1 < seen.size; ++i) {
         seen.edges[i] = edge_from(scene, seen, i);
+        if (has_boundaries)
+            add_boundaries(scene, seen, i);
+    }
     for (int i = 0; i < seen.size; ++i) {
         seen.records[i].kind = seen[i].kind;
         seen.eta_to_camera[i] = seen.eta_to_light[i] = 1;

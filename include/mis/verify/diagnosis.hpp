@@ -83,10 +83,11 @@ struct confinement {
         medium,          // or a vertex in a medium
         infinite_light,  // what it ends at
         dirac_light,
-        material // that a vertex of it has
+        material, // that a vertex of it has
+        family    // of a merge in a medium
     };
     by what = by::nothing;
-    double value = 0; // of technique, vertices, camera_vertices, material
+    double value = 0; // of technique, vertices, camera_vertices, material, family
 };
 
 inline bool contains(const confinement& where, const path_record& r) {
@@ -110,6 +111,8 @@ inline bool contains(const confinement& where, const path_record& r) {
         return !r.vertices.empty() && r.vertices.back().dirac;
     case confinement::by::material:
         return any([&](const recorded_vertex& x) { return x.material == where.value; });
+    case confinement::by::family:
+        return detail::is_merge_in_medium(r) && static_cast<double>(r.family) == where.value;
     }
     return false;
 }
@@ -143,6 +146,11 @@ inline std::string describe(const confinement& where) {
         return "in paths to a Dirac light only";
     case confinement::by::material:
         return "in paths with material " + number + " only";
+    case confinement::by::family: {
+        static constexpr std::array<const char*, 4> families{"point-point", "point-beam", "beam-point",
+                                                             "beam-beam"};
+        return "in " + std::string(families[static_cast<std::size_t>(where.value)]) + " merges only";
+    }
     }
     return "";
 }
@@ -232,6 +240,23 @@ inline record_place missing_field(const weight_terms& terms, int place) {
     for (int i = t.camera_vertices; i < n; ++i)
         if (is_missing(terms.from_light, i))
             return {i, "density_from_light"};
+    if (t.kind == technique_kind::merge) {
+        const int j = t.camera_vertices - 1;
+        const auto at = static_cast<std::size_t>(j);
+        if (is_missing(terms.from_light, j) || !has_families_at(terms, at))
+            return {j, "density_from_light"};
+        const auto is_off = [&](merge_family f) {
+            return log_density::is_zero(terms.families[static_cast<std::size_t>(f)]);
+        };
+        const bool no_beam_beam = is_off(merge_family::beam_beam);
+        if (log_density::is_missing(terms.media[at].from_camera) &&
+            !(no_beam_beam && is_off(merge_family::point_beam)))
+            return {j, "beam_from_camera"};
+        if (log_density::is_missing(terms.media[at].from_light) &&
+            !(no_beam_beam && is_off(merge_family::beam_point)))
+            return {j, "beam_from_light"};
+        return {j, "sin_angle"};
+    }
     return {n - 1, "pdf_next_event"};
 }
 
@@ -443,7 +468,7 @@ inline double evidence(const search& s, const tally& t) {
            cost_of_choice(wrong - t.explained, wrong + right - t.explained);
 }
 
-// Of telling a member: which of about 100 it is, and the chance of 1 in 1000 that a false one is named at
+// Of telling a member: which of about 160 it is, and the chance of 1 in 1000 that a false one is named at
 // all.
 inline constexpr double cost_of_mistake = 12, cost_of_place = 5, cost_of_value = 15;
 inline double cost_of(const hypothesis& set) {
@@ -645,6 +670,8 @@ inline void find_places(search& s) {
         add(confinement::by::technique, static_cast<double>(r.record->technique.kind));
         add(confinement::by::vertices, static_cast<double>(r.record->vertices.size()));
         add(confinement::by::camera_vertices, r.record->technique.camera_vertices);
+        if (is_merge_in_medium(*r.record))
+            add(confinement::by::family, static_cast<double>(r.record->family));
     }
     for (const sampled& r : s.records)
         for (const recorded_vertex& x : r.record->vertices)
@@ -663,7 +690,10 @@ inline double fitted_count(weight_terms& terms, technique_kind kind, double clai
         terms.arithmetic != weight_arithmetic::exact || !(claimed > 0 && claimed < 1))
         return not_given;
     const double beta = is_raised ? terms.parameter : 1;
-    const int n = size_of(terms), own_place = technique_index(n, terms.made_by);
+    const int n = size_of(terms), own_place = place_made_by(terms);
+    const auto is_of_kind = [&](int place) { // families have counts of their own
+        return place < technique_count(n) && technique_at(n, place).kind == kind;
+    };
     terms.count(kind) = 0;
     double largest = log_density::zero, own = log_density::zero;
     bool is_missing = false;
@@ -677,10 +707,10 @@ inline double fitted_count(weight_terms& terms, technique_kind kind, double clai
         return not_given;
     double fitted = 0, others = 0; // sums of q^beta over that of the largest
     for_each_log_density(terms, [&](int place, double q) {
-        (technique_at(n, place).kind == kind ? fitted : others) += std::exp(beta * (q - largest));
+        (is_of_kind(place) ? fitted : others) += std::exp(beta * (q - largest));
     });
     const double mine = std::exp(beta * (own - largest));
-    const bool is_own = terms.made_by.kind == kind;
+    const bool is_own = is_of_kind(own_place);
     const double factor = is_own ? claimed * others / (mine - claimed * fitted) // to the power of beta
                                  : (mine / claimed - others) / fitted;
     const double share = is_own ? others / (others + factor * fitted) : factor * fitted * claimed / mine;

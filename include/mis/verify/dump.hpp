@@ -44,7 +44,27 @@ inline void append_word(std::string& line, const char* key, const char* word) {
     line.append(1, '"').append(word).append(1, '"');
 }
 
-inline void append_vertex(std::string& line, const recorded_vertex& x) {
+// The boundaries that the edge from x_i passes.
+inline void append_boundaries(std::string& line, const path_record& record, std::size_t i) {
+    bool any = false;
+    for (const recorded_boundary& b : record.boundaries) {
+        if (b.edge != static_cast<int>(i))
+            continue;
+        if (!any)
+            append_key(line, "boundaries");
+        line += any ? ",{" : "[{";
+        any = true;
+        append_number(line, "distance", b.distance);
+        append_number(line, "cos", b.cosine);
+        append_number(line, "pass_from_camera", b.pass_from_camera);
+        append_number(line, "pass_from_light", b.pass_from_light);
+        line += '}';
+    }
+    line += any ? "]" : "";
+}
+
+inline void append_vertex(std::string& line, const path_record& record, std::size_t i) {
+    const recorded_vertex& x = record.vertices[i];
     line += '{';
     append_word(line, "kind", name_of(x.kind));
     if (x.dirac != (x.kind == vertex_kind::camera)) {
@@ -63,6 +83,7 @@ inline void append_vertex(std::string& line, const recorded_vertex& x) {
         append_number(line, "survival", x.photon_survival);
         line += '}';
     }
+    append_boundaries(line, record, i);
     line += '}';
 }
 
@@ -126,7 +147,7 @@ inline std::string to_json(const path_record& record) {
     line += '[';
     for (std::size_t i = 0; i < record.vertices.size(); ++i) {
         line += i ? "," : "";
-        detail::append_vertex(line, record.vertices[i]);
+        detail::append_vertex(line, record, i);
     }
     return line + "]}";
 }

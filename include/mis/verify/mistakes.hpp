@@ -71,6 +71,28 @@ inline planted operator|(planted a, planted b) {
     return a == planted::changed || b == planted::changed ? planted::changed : planted::nothing;
 }
 
+// Whether the path has been made by merging in a medium, by a family; and whether that has merged with the
+// camera walk's beam, or the light walk's.
+inline bool is_merge_in_medium(const path_record& r) {
+    return r.technique.kind == technique_kind::merge && has_families(r) &&
+           vertex(r, r.technique.camera_vertices - 1).kind == vertex_kind::medium;
+}
+inline bool has_camera_beam(merge_family f) {
+    return f == merge_family::point_beam || f == merge_family::beam_beam;
+}
+inline bool has_light_beam(merge_family f) {
+    return f == merge_family::beam_point || f == merge_family::beam_beam;
+}
+
+// Adds change(family, what the record says of it) to the size of every family that is on.
+template <class Change> planted change_families(weight_terms& terms, const path_record& r, Change&& change) {
+    planted done = planted::nothing;
+    for (std::size_t f = 0; f < terms.families.size() && !terms.media.empty(); ++f)
+        if (!log_density::is_zero(terms.families[f]))
+            done = done | multiply(terms.families[f], change(static_cast<merge_family>(f), r.families[f]));
+    return done;
+}
+
 // ---- Roulette and splitting ----
 
 // Takes a vertex' survival out of the density of the camera walk's next vertex, or of the light walk's.
@@ -370,6 +392,263 @@ inline planted take_area_density_of_other_walk(weight_terms& terms, const path_r
     return done;
 }
 
+// ---- Media ----
+
+constexpr const char* how_to_count_distances =
+    "Multiply the density of the distance into the density of each vertex in a medium, and the probability "
+    "of passing into that of a vertex behind one: once, and of both walks. A beam's size undoes it.";
+constexpr const char* how_to_count_beams =
+    "A beam has 1 over the density of the distance samples, where it is short times the probability of "
+    "passing: multiply that into the sizes of merges with it, and nothing else. mis::beam gives it.";
+constexpr const char* how_to_use_the_sine =
+    "Multiply the size of beam-beam merges by the sine of the angle between the beams: their estimate is "
+    "divided by it.";
+constexpr const char* how_to_number_beams =
+    "Each family has its own number of light walks: of those that leave beams, where it merges with beams.";
+constexpr const char* how_to_take_radii =
+    "Each family has its own radius and kernel: 4/3 pi r^3 of points, pi r^2 of points and beams, 2 r of "
+    "beams.";
+constexpr const char* how_to_pass_boundaries =
+    "A boundary where directions do not change is no vertex: the edge goes on, with the product of the "
+    "probabilities of passing its pieces.";
+
+// Where densities of distances are wrong. At a merge in a medium: those of the vertex that merges.
+enum class distance_place { everywhere, in_media, outside, at_merge };
+inline bool is_there(distance_place place, const path_record& r, int i) {
+    const bool in_medium = vertex(r, i).kind == vertex_kind::medium;
+    return place == distance_place::everywhere ? true
+           : place == distance_place::at_merge ? is_merge_in_medium(r) && i == r.technique.camera_vertices - 1
+                                               : in_medium == (place == distance_place::in_media);
+}
+// Of which walks: the reverse ones are those that have not made the vertex.
+enum class distance_walk { both, camera, light, reverse };
+template <distance_walk Which> bool is_of_camera(const path_record& r, int i) {
+    return Which == distance_walk::reverse ? !is_on_camera_walk(r, i) : Which != distance_walk::light;
+}
+template <distance_walk Which> bool is_of_light(const path_record& r, int i) {
+    return Which == distance_walk::reverse ? !is_on_light_walk(r, i) : Which != distance_walk::camera;
+}
+
+// Densities of distances, over which P-> and P<- are divided, or with which they are multiplied once more.
+// Splits on arrival, which stand in the same fields, are no distances.
+enum class used { never, twice };
+template <used Often> double log_of_distance(double pdf_distance, double splits) {
+    return Often == used::twice ? log_of(pdf_distance) + log_of_inverse(splits)
+                                : log_of_inverse(pdf_distance) + log_of(splits);
+}
+template <used Often, distance_place Place, distance_walk Which>
+planted count_distances(weight_terms& terms, const path_record& r) {
+    planted done = planted::nothing;
+    for (int i = 0; i < size_of(r); ++i) {
+        if (!is_there(Place, r, i))
+            continue;
+        const recorded_vertex& x = vertex(r, i);
+        const double to_camera = is_given(x.splits_to_camera) ? x.splits_to_camera : x.splits;
+        if (i > 0 && is_of_camera<Which>(r, i))
+            done = done | multiply(from_camera(terms, i),
+                                   log_of_distance<Often>(x.pdf_distance_from_camera,
+                                                          r.splits_on_arrival ? x.splits : 1));
+        if (i + 1 < size_of(r) && is_of_light<Which>(r, i))
+            done = done | multiply(from_light(terms, i),
+                                   log_of_distance<Often>(x.pdf_distance_from_light,
+                                                          r.splits_on_arrival ? to_camera : 1));
+    }
+    return done;
+}
+
+// Calls change(X, Pr(t > d)) for the beams of all vertices in media, X-> or X<-, where a family needs them.
+template <distance_walk Which, class Change>
+planted change_beams(weight_terms& terms, const path_record& r, Change&& change) {
+    planted done = planted::nothing;
+    const auto is_on = [&](auto&& has_beam) {
+        bool any = false;
+        for (std::size_t f = 0; f < terms.families.size(); ++f)
+            any |= has_beam(static_cast<merge_family>(f)) && !log_density::is_zero(terms.families[f]);
+        return any;
+    };
+    const bool camera = Which != distance_walk::light && !terms.media.empty() && is_on(has_camera_beam),
+               light = Which != distance_walk::camera && !terms.media.empty() && is_on(has_light_beam);
+    for (std::size_t i = 0; i < terms.media.size(); ++i) {
+        weight_terms::medium_place& x = terms.media[i];
+        if (!x.in_medium)
+            continue;
+        if (camera)
+            done = done | change(x.from_camera, r.vertices[i].pass_from_camera);
+        if (light)
+            done = done | change(x.from_light, r.vertices[i].pass_from_light);
+    }
+    return done;
+}
+template <distance_walk Which> planted forget_beams(weight_terms& terms, const path_record& r) {
+    return change_beams<Which>(terms, r, [](double& x, double) { return set(x, 0); });
+}
+inline planted pass_in_beams(weight_terms& terms, const path_record& r) {
+    return change_beams<distance_walk::both>(terms, r, [](double& x, double pass) {
+        return is_given(pass) ? set(x, log_of_inverse(pass)) : planted::unknown;
+    });
+}
+template <distance_walk Which> planted lengthen_beams(weight_terms& terms, const path_record& r) {
+    return change_beams<Which>(terms, r,
+                               [](double& x, double pass) { return multiply(x, log_of_inverse(pass)); });
+}
+template <distance_walk Which> planted shorten_beams(weight_terms& terms, const path_record& r) {
+    return change_beams<Which>(terms, r, [](double& x, double pass) { return multiply(x, log_of(pass)); });
+}
+// Where a merge is on a beam: P of that walk has the beam's samples, the probability of passing or 1, in the
+// place of the density of the distance, and the size has none.
+template <distance_walk Which> planted move_beam_into_density(weight_terms& terms, const path_record& r) {
+    if (!is_merge_in_medium(r))
+        return planted::nothing;
+    const int j = r.technique.camera_vertices - 1;
+    weight_terms::medium_place& x = terms.media[static_cast<std::size_t>(j)];
+    planted done = planted::nothing;
+    const auto move = [&](double& density, double& of_beam) {
+        done = done | multiply(density, of_beam);
+        of_beam = 0;
+    };
+    if (Which != distance_walk::light && has_camera_beam(r.family))
+        move(from_camera(terms, j), x.from_camera);
+    if (Which != distance_walk::camera && has_light_beam(r.family))
+        move(from_light(terms, j), x.from_light);
+    return done;
+}
+
+template <bool Divided> planted mistake_sine(weight_terms& terms, const path_record& r) {
+    planted done = planted::nothing;
+    if (!is_on(family_of(r, merge_family::beam_beam)))
+        return done;
+    for (std::size_t i = 0; i < terms.media.size(); ++i)
+        if (terms.media[i].in_medium)
+            done =
+                done | set(terms.media[i].sin_angle, Divided ? log_of_inverse(r.vertices[i].sin_angle) : 0.0);
+    return done;
+}
+
+// The number of light walks that leave points: that of all of them.
+inline double number_of_points(const path_record& r) {
+    double most = (std::max)(r.counts.merge, r.counts.camera_connection);
+    for (const auto f : {merge_family::point_point, merge_family::point_beam})
+        most = (std::max)(most, family_of(r, f).count);
+    return most;
+}
+template <bool (*Of)(merge_family)> planted count_beams_as_points(weight_terms& terms, const path_record& r) {
+    const double points = number_of_points(r);
+    return change_families(terms, r, [&](merge_family f, const recorded_family& family) {
+        return Of(f) ? log_of(points) + log_of_inverse(family.count) : 0.0;
+    });
+}
+inline bool has_two_beams(merge_family f) { return f == merge_family::beam_beam; }
+inline planted count_points_as_beams(weight_terms& terms, const path_record& r) {
+    const double beams =
+        (std::max)(family_of(r, merge_family::beam_point).count, family_of(r, merge_family::beam_beam).count);
+    return change_families(terms, r, [&](merge_family f, const recorded_family& family) {
+        return beams > 0 && !has_light_beam(f) ? log_of(beams) + log_of_inverse(family.count) : 0.0;
+    });
+}
+
+// One family's radius in the kernel of another, or of all; with its kernel, too.
+enum class taken { radius, kernel };
+template <taken What>
+planted take_radius(weight_terms& terms, const path_record& r, std::size_t f, merge_family from) {
+    const double own = r.families[f].radius, other = family_of(r, from).radius;
+    if (terms.media.empty() || log_density::is_zero(terms.families[f]) || !(other > 0))
+        return planted::nothing;
+    const auto of = static_cast<merge_family>(f);
+    return multiply(terms.families[f],
+                    log_kernel(What == taken::kernel ? from : of, other) - log_kernel(of, own));
+}
+template <merge_family Of, merge_family From>
+planted take_radius_of(weight_terms& terms, const path_record& r) {
+    return take_radius<taken::radius>(terms, r, static_cast<std::size_t>(Of), From);
+}
+template <taken What, merge_family From> planted take_one_for_all(weight_terms& terms, const path_record& r) {
+    planted done = planted::nothing;
+    for (std::size_t f = 0; f < terms.families.size(); ++f)
+        done = done | take_radius<What>(terms, r, f, From);
+    return done;
+}
+inline planted take_radius_of_surfaces(weight_terms& terms, const path_record& r) {
+    if (!is_given(r.radius) || !(r.radius > 0))
+        return planted::nothing;
+    return change_families(terms, r, [&](merge_family f, const recorded_family& family) {
+        return log_kernel(f, r.radius) - log_kernel(f, family.radius);
+    });
+}
+
+// The boundaries on the edges that walks have gone become vertices of the terms; those on the edge that joins
+// the walks nobody has seen. To be planted after what goes by the record's vertices.
+//
+// Of an edge of length d, P of its far end was omega |cos| D / d^2, D of the distance. With boundaries each
+// piece has its own such factor, and omega leads to the first of them, which leads straight on with
+// probability 1.
+inline planted insert_boundaries(weight_terms& terms, const path_record& r, std::size_t first,
+                                 std::size_t end, bool connects, bool merges) {
+    struct site {
+        double distance, cosine, from_camera, from_light; // the last three as logarithms
+    };
+    const int i = r.boundaries[first].edge, count = static_cast<int>(end - first);
+    const recorded_vertex &x = vertex(r, i), &y = vertex(r, i + 1);
+    std::vector<site> sites{{0, log_of(x.cos_to_light), 0, log_of(x.pdf_distance_from_light)}};
+    for (std::size_t k = first; k < end; ++k) {
+        const recorded_boundary& b = r.boundaries[k];
+        sites.push_back(
+            {b.distance, log_of(b.cosine), log_of(b.pass_from_camera), log_of(b.pass_from_light)});
+    }
+    sites.push_back({is_given(x.distance2_to_light) ? std::sqrt(x.distance2_to_light) : not_given,
+                     log_of(y.cos_to_camera), log_of(y.pdf_distance_from_camera), 0});
+    const site &near = sites.front(), &far = sites.back();
+    if (!is_given(far.distance) || log_density::is_missing(near.cosine) ||
+        log_density::is_missing(far.cosine))
+        return planted::unknown;
+    const auto inverse = [](double q) { return log_density::is_zero(q) ? log_density::infinite : -q; };
+    const auto to_area = [&](const site& a, const site& b) { // 1 / d^2 of a piece; of one to infinity, 1
+        const bool is_infinite = &b == &far && y.kind == vertex_kind::infinite_light;
+        return is_infinite ? 0.0 : 2 * log_of_inverse(b.distance - a.distance);
+    };
+
+    const auto at = static_cast<std::ptrdiff_t>(i) + 1;
+    const auto several = static_cast<std::size_t>(count);
+    for (auto* numbers : {&terms.from_camera, &terms.from_light, &terms.merge_factors})
+        numbers->insert(numbers->begin() + at, several, 0.0);
+    terms.can_connect.insert(terms.can_connect.begin() + at, several, connects);
+    terms.can_merge.insert(terms.can_merge.begin() + at, several, merges);
+    if (!terms.media.empty())
+        terms.media.insert(terms.media.begin() + at, several, weight_terms::medium_place{});
+
+    // What the densities of the whole edge have beside the conversion of its distance and cosine.
+    const double whole = 2 * log_of(far.distance);
+    const double to_light = from_camera(terms, i + count + 1) + inverse(far.cosine) +
+                            inverse(far.from_camera) + whole,
+                 to_camera = from_light(terms, i) + inverse(near.cosine) + inverse(near.from_light) + whole;
+    for (int k = 0; k <= count; ++k) {
+        const site &a = sites[static_cast<std::size_t>(k)], &b = sites[static_cast<std::size_t>(k) + 1];
+        from_camera(terms, i + k + 1) =
+            (k == 0 ? to_light : 0.0) + b.cosine + b.from_camera + inverse(a.from_camera) + to_area(a, b);
+        from_light(terms, i + k) =
+            (k == count ? to_camera : 0.0) + a.cosine + a.from_light + inverse(b.from_light) + to_area(a, b);
+    }
+    return planted::changed;
+}
+template <bool Connects, bool Merges> planted join_boundaries(weight_terms& terms, const path_record& r) {
+    const bool merges = r.technique.kind == technique_kind::merge;
+    const int s = r.technique.camera_vertices, joined = merges ? -1 : s - 1;
+    planted done = planted::nothing;
+    for (std::size_t end = r.boundaries.size(); end > 0;) { // from the last edge on: places before it stay
+        std::size_t first = end;
+        const int edge = r.boundaries[end - 1].edge;
+        while (first > 0 && r.boundaries[first - 1].edge == edge)
+            --first;
+        if (edge != joined) {
+            done = done | insert_boundaries(terms, r, first, end, Connects, Merges);
+            if (done == planted::unknown)
+                break;
+            terms.made_by.camera_vertices += edge < s - 1 ? static_cast<int>(end - first) : 0;
+        }
+        end = first;
+    }
+    return done;
+}
+
 // ---- Counts ----
 
 template <technique_kind Kind> planted forget_count(weight_terms& terms, const path_record&) {
@@ -392,9 +671,32 @@ inline planted forget_all_counts(weight_terms& terms, const path_record& r) {
            forget_count<technique_kind::next_event>(terms, r) |
            forget_count<technique_kind::connection>(terms, r);
 }
-inline planted forget_merge_area(weight_terms& terms, const path_record&) {
-    return log_density::is_zero(terms.count(technique_kind::merge)) ? planted::nothing
-                                                                    : set(terms.merge_area, 0);
+// Of which merges: on surfaces, or those of families in media. Records without families have no
+// `on_surfaces`, which would be the same as `all`.
+enum class merging { all, on_surfaces, in_media };
+template <merging Which> planted forget_photons(weight_terms& terms, const path_record& r) {
+    if (Which == merging::on_surfaces && terms.media.empty())
+        return planted::nothing;
+    planted done = planted::nothing;
+    if (Which != merging::in_media)
+        done = done | forget_count<technique_kind::merge>(terms, r);
+    if (Which != merging::on_surfaces)
+        done = done | change_families(terms, r, [](merge_family, const recorded_family& family) {
+                   return log_of_inverse(family.count);
+               });
+    return done;
+}
+template <merging Which> planted forget_merge_area(weight_terms& terms, const path_record& r) {
+    if (Which == merging::on_surfaces && terms.media.empty())
+        return planted::nothing;
+    planted done = planted::nothing;
+    if (Which != merging::in_media && !log_density::is_zero(terms.count(technique_kind::merge)))
+        done = set(terms.merge_area, 0);
+    if (Which != merging::on_surfaces)
+        done = done | change_families(terms, r, [](merge_family f, const recorded_family& family) {
+                   return -log_kernel(f, family.radius);
+               });
+    return done;
 }
 
 // What a technique that is off would count, as far as the others tell.
@@ -420,6 +722,22 @@ template <technique_kind Kind> planted leave_out(weight_terms& terms, const path
     if (r.technique.kind == Kind || log_density::is_zero(terms.count(Kind)))
         return planted::nothing;
     return set(terms.count(Kind), log_density::zero);
+}
+// The same of merges, with those in media, or of these alone, and of one family.
+template <merging Which> planted leave_out_merges(weight_terms& terms, const path_record& r) {
+    if (Which == merging::in_media ? is_merge_in_medium(r) || terms.media.empty()
+                                   : r.technique.kind == technique_kind::merge)
+        return planted::nothing;
+    if (!terms.media.empty())
+        terms.families.fill(log_density::zero);
+    const planted done = terms.media.empty() ? planted::nothing : planted::changed;
+    return Which == merging::in_media ? done : done | leave_out<technique_kind::merge>(terms, r);
+}
+template <merge_family Family> planted leave_out_family(weight_terms& terms, const path_record& r) {
+    double& size = terms.families[static_cast<std::size_t>(Family)];
+    if (terms.media.empty() || log_density::is_zero(size) || (is_merge_in_medium(r) && r.family == Family))
+        return planted::nothing;
+    return set(size, log_density::zero);
 }
 inline planted ignore_caps(weight_terms& terms, const path_record& r) {
     terms.caps = {};
@@ -467,10 +785,15 @@ inline planted share_among_all(weight_terms& terms, const path_record& r) {
 // Those that are switched on, whether or not the vertices allow them.
 inline planted share_among_counted(weight_terms& terms, const path_record& r) {
     const int n = size_of(r);
-    int on = 0;
+    int on = 0, families = 0;
+    for (const double size : terms.families)
+        families += !log_density::is_zero(size);
     for (int place = 0; place < technique_count(n); ++place) {
         const technique t = technique_at(n, place);
-        on += !log_density::is_zero(terms.count(t.kind)) && is_within_caps(terms.caps, n, t);
+        const bool in_families = t.kind == technique_kind::merge && !terms.media.empty() &&
+                                 vertex(r, t.camera_vertices - 1).kind == vertex_kind::medium;
+        const int each = in_families ? families : !log_density::is_zero(terms.count(t.kind));
+        on += is_within_caps(terms.caps, n, t) ? each : 0;
     }
     return on > 0 ? set(terms.constant, 1.0 / on) : planted::nothing;
 }
@@ -478,7 +801,8 @@ inline planted share_among_counted(weight_terms& terms, const path_record& r) {
 } // namespace detail
 
 // All of them. Planted together, they are planted in this order: factors of densities first, then what
-// replaces densities, then what exists, counts, and the heuristic.
+// replaces densities, then what exists, counts, and the heuristic. What goes by the record's vertices comes
+// before boundary_vertex, which adds some.
 //
 // Each was found in published renderers; [J] 4 gives the rule behind most of them: what multiplies the
 // sampled throughput must divide the density.
@@ -624,6 +948,69 @@ inline constexpr mistake mistakes[] = {
      "At a refraction the discrete probabilities are those of basic etendue: multiply each by eta^2 |cos| of "
      "the side it leaves to.",
      "eta_to_camera and eta_to_light", detail::forget_etendue<false>},
+    {"distance_omitted", "Densities of distances in media, and probabilities of passing them, are left out.",
+     detail::how_to_count_distances, "",
+     detail::count_distances<detail::used::never, detail::distance_place::everywhere,
+                             detail::distance_walk::both>},
+    {"distance_omitted", "Densities of distances are left out at vertices in media.",
+     detail::how_to_count_distances, "",
+     detail::count_distances<detail::used::never, detail::distance_place::in_media,
+                             detail::distance_walk::both>},
+    {"distance_omitted", "Probabilities of passing media are left out.", detail::how_to_count_distances, "",
+     detail::count_distances<detail::used::never, detail::distance_place::outside,
+                             detail::distance_walk::both>},
+    {"distance_omitted",
+     "Densities of distances, and probabilities of passing, are left out of the camera walk's densities.",
+     detail::how_to_count_distances, "",
+     detail::count_distances<detail::used::never, detail::distance_place::everywhere,
+                             detail::distance_walk::camera>},
+    {"distance_omitted",
+     "Densities of distances, and probabilities of passing, are left out of the light walk's densities.",
+     detail::how_to_count_distances, "",
+     detail::count_distances<detail::used::never, detail::distance_place::everywhere,
+                             detail::distance_walk::light>},
+    {"distance_omitted",
+     "Densities of distances, and probabilities of passing, are left out of the reverse densities.",
+     detail::how_to_count_distances, "",
+     detail::count_distances<detail::used::never, detail::distance_place::everywhere,
+                             detail::distance_walk::reverse>},
+    {"distance_omitted", "Densities of distances are left out of the reverse densities at vertices in media.",
+     detail::how_to_count_distances, "",
+     detail::count_distances<detail::used::never, detail::distance_place::in_media,
+                             detail::distance_walk::reverse>},
+    {"distance_omitted", "At a merge in a medium, both densities of distances are left out.",
+     detail::how_to_count_distances, "",
+     detail::count_distances<detail::used::never, detail::distance_place::at_merge,
+                             detail::distance_walk::both>},
+    {"distance_omitted", "At a merge in a medium, the density of the camera walk's distance is left out.",
+     detail::how_to_count_distances, "",
+     detail::count_distances<detail::used::never, detail::distance_place::at_merge,
+                             detail::distance_walk::camera>},
+    {"distance_omitted", "At a merge in a medium, the density of the light walk's distance is left out.",
+     detail::how_to_count_distances, "",
+     detail::count_distances<detail::used::never, detail::distance_place::at_merge,
+                             detail::distance_walk::light>},
+    {"distance_twice", "Densities of distances are applied twice at vertices in media.",
+     detail::how_to_count_distances, "",
+     detail::count_distances<detail::used::twice, detail::distance_place::in_media,
+                             detail::distance_walk::both>},
+    {"distance_twice",
+     "Densities of distances are applied twice in the reverse densities at vertices in media.",
+     detail::how_to_count_distances, "",
+     detail::count_distances<detail::used::twice, detail::distance_place::in_media,
+                             detail::distance_walk::reverse>},
+    {"distance_twice", "At a merge in a medium, both densities of distances are applied twice.",
+     detail::how_to_count_distances, "",
+     detail::count_distances<detail::used::twice, detail::distance_place::at_merge,
+                             detail::distance_walk::both>},
+    {"distance_twice", "At a merge in a medium, the density of the camera walk's distance is applied twice.",
+     detail::how_to_count_distances, "",
+     detail::count_distances<detail::used::twice, detail::distance_place::at_merge,
+                             detail::distance_walk::camera>},
+    {"distance_twice", "At a merge in a medium, the density of the light walk's distance is applied twice.",
+     detail::how_to_count_distances, "",
+     detail::count_distances<detail::used::twice, detail::distance_place::at_merge,
+                             detail::distance_walk::light>},
     {"reverse_is_forward", "Forward densities stand for reverse ones.",
      "The reverse density at a vertex is that of going back the way the walk came, given that it came from "
      "where it goes: evaluate the sampler with the two directions exchanged.",
@@ -697,6 +1084,109 @@ inline constexpr mistake mistakes[] = {
     {"dirac_connectible", "Dirac vertices count as mergeable.",
      "A Dirac vertex cannot be joined to anything: leave out the techniques that would.", "",
      detail::join_dirac<false, true>},
+    {"pass_is_density",
+     "Where a merge is on a beam, the density of that walk has the probability of passing in the place of "
+     "the density of the distance.",
+     detail::how_to_count_beams, "", detail::move_beam_into_density<detail::distance_walk::both>},
+    {"pass_is_density",
+     "Where a merge is on a camera beam, the camera walk's density has the probability of passing in the "
+     "place of the density of the distance.",
+     detail::how_to_count_beams, "", detail::move_beam_into_density<detail::distance_walk::camera>},
+    {"pass_is_density",
+     "Where a merge is on a light beam, the light walk's density has the probability of passing in the place "
+     "of the density of the distance.",
+     detail::how_to_count_beams, "", detail::move_beam_into_density<detail::distance_walk::light>},
+    {"pass_is_density", "Beams count as points: one sample for each density of the distance.",
+     detail::how_to_count_beams, "", detail::forget_beams<detail::distance_walk::both>},
+    {"pass_is_density", "Camera beams count as points: one sample for each density of the distance.",
+     detail::how_to_count_beams, "", detail::forget_beams<detail::distance_walk::camera>},
+    {"pass_is_density", "Light beams count as points: one sample for each density of the distance.",
+     detail::how_to_count_beams, "", detail::forget_beams<detail::distance_walk::light>},
+    {"pass_is_density",
+     "The samples of long beams are 1 over the probability of passing instead of 1 over the density of the "
+     "distance.",
+     detail::how_to_count_beams, "pass_from_camera and pass_from_light", detail::pass_in_beams},
+    {"short_is_long", "Short beams count as long ones: the probability of passing is left out.",
+     detail::how_to_count_beams, "pass_from_camera and pass_from_light",
+     detail::lengthen_beams<detail::distance_walk::both>},
+    {"short_is_long", "Short camera beams count as long ones: the probability of passing is left out.",
+     detail::how_to_count_beams, "pass_from_camera and pass_from_light",
+     detail::lengthen_beams<detail::distance_walk::camera>},
+    {"short_is_long", "Short light beams count as long ones: the probability of passing is left out.",
+     detail::how_to_count_beams, "pass_from_camera and pass_from_light",
+     detail::lengthen_beams<detail::distance_walk::light>},
+    {"short_is_long", "Long beams count as short ones: the probability of passing is applied.",
+     detail::how_to_count_beams, "pass_from_camera and pass_from_light",
+     detail::shorten_beams<detail::distance_walk::both>},
+    {"short_is_long", "Long camera beams count as short ones: the probability of passing is applied.",
+     detail::how_to_count_beams, "pass_from_camera and pass_from_light",
+     detail::shorten_beams<detail::distance_walk::camera>},
+    {"short_is_long", "Long light beams count as short ones: the probability of passing is applied.",
+     detail::how_to_count_beams, "pass_from_camera and pass_from_light",
+     detail::shorten_beams<detail::distance_walk::light>},
+    {"beam_sine", "The sine of the angle between the beams is left out of beam-beam merges.",
+     detail::how_to_use_the_sine, "", detail::mistake_sine<false>},
+    {"beam_sine", "Beam-beam merges are divided by the sine of the angle between the beams.",
+     detail::how_to_use_the_sine, "", detail::mistake_sine<true>},
+    {"beam_count", "Beam-beam merges have the number of light walks that leave points.",
+     detail::how_to_number_beams, "", detail::count_beams_as_points<detail::has_two_beams>},
+    {"beam_count", "Merges with light beams have the number of light walks that leave points.",
+     detail::how_to_number_beams, "", detail::count_beams_as_points<detail::has_light_beam>},
+    {"beam_count", "Merges with light points have the number of light walks that leave beams.",
+     detail::how_to_number_beams, "", detail::count_points_as_beams},
+    {"family_radius", "Point-point merges have the radius of point-beam ones.", detail::how_to_take_radii, "",
+     detail::take_radius_of<merge_family::point_point, merge_family::point_beam>},
+    {"family_radius", "Point-point merges have the radius of beam-point ones.", detail::how_to_take_radii, "",
+     detail::take_radius_of<merge_family::point_point, merge_family::beam_point>},
+    {"family_radius", "Point-point merges have the radius of beam-beam ones.", detail::how_to_take_radii, "",
+     detail::take_radius_of<merge_family::point_point, merge_family::beam_beam>},
+    {"family_radius", "Point-beam merges have the radius of point-point ones.", detail::how_to_take_radii, "",
+     detail::take_radius_of<merge_family::point_beam, merge_family::point_point>},
+    {"family_radius", "Point-beam merges have the radius of beam-point ones.", detail::how_to_take_radii, "",
+     detail::take_radius_of<merge_family::point_beam, merge_family::beam_point>},
+    {"family_radius", "Point-beam merges have the radius of beam-beam ones.", detail::how_to_take_radii, "",
+     detail::take_radius_of<merge_family::point_beam, merge_family::beam_beam>},
+    {"family_radius", "Beam-point merges have the radius of point-point ones.", detail::how_to_take_radii, "",
+     detail::take_radius_of<merge_family::beam_point, merge_family::point_point>},
+    {"family_radius", "Beam-point merges have the radius of point-beam ones.", detail::how_to_take_radii, "",
+     detail::take_radius_of<merge_family::beam_point, merge_family::point_beam>},
+    {"family_radius", "Beam-point merges have the radius of beam-beam ones.", detail::how_to_take_radii, "",
+     detail::take_radius_of<merge_family::beam_point, merge_family::beam_beam>},
+    {"family_radius", "Beam-beam merges have the radius of point-point ones.", detail::how_to_take_radii, "",
+     detail::take_radius_of<merge_family::beam_beam, merge_family::point_point>},
+    {"family_radius", "Beam-beam merges have the radius of point-beam ones.", detail::how_to_take_radii, "",
+     detail::take_radius_of<merge_family::beam_beam, merge_family::point_beam>},
+    {"family_radius", "Beam-beam merges have the radius of beam-point ones.", detail::how_to_take_radii, "",
+     detail::take_radius_of<merge_family::beam_beam, merge_family::beam_point>},
+    {"family_radius", "All families have the radius of point-point merges.", detail::how_to_take_radii, "",
+     detail::take_one_for_all<detail::taken::radius, merge_family::point_point>},
+    {"family_radius", "All families have the radius of point-beam merges.", detail::how_to_take_radii, "",
+     detail::take_one_for_all<detail::taken::radius, merge_family::point_beam>},
+    {"family_radius", "All families have the radius of beam-beam merges.", detail::how_to_take_radii, "",
+     detail::take_one_for_all<detail::taken::radius, merge_family::beam_beam>},
+    {"family_radius", "All families have the radius of merges on surfaces.", detail::how_to_take_radii, "",
+     detail::take_radius_of_surfaces},
+    {"family_radius", "All families have the kernel of point-point merges: its dimension and its radius.",
+     detail::how_to_take_radii, "",
+     detail::take_one_for_all<detail::taken::kernel, merge_family::point_point>},
+    {"family_radius", "All families have the kernel of point-beam merges: its dimension and its radius.",
+     detail::how_to_take_radii, "",
+     detail::take_one_for_all<detail::taken::kernel, merge_family::point_beam>},
+    {"family_radius", "All families have the kernel of beam-beam merges: its dimension and its radius.",
+     detail::how_to_take_radii, "", detail::take_one_for_all<detail::taken::kernel, merge_family::beam_beam>},
+    {"boundary_vertex", "Index-matched boundaries of media count as vertices that can be joined and merged.",
+     detail::how_to_pass_boundaries, "cos_to_camera, cos_to_light and distance, or positions and normals",
+     detail::join_boundaries<true, true>},
+    {"boundary_vertex", "Index-matched boundaries of media count as vertices that can be joined.",
+     detail::how_to_pass_boundaries, "cos_to_camera, cos_to_light and distance, or positions and normals",
+     detail::join_boundaries<true, false>},
+    {"boundary_vertex", "Index-matched boundaries of media count as vertices that can be merged.",
+     detail::how_to_pass_boundaries, "cos_to_camera, cos_to_light and distance, or positions and normals",
+     detail::join_boundaries<false, true>},
+    {"boundary_vertex",
+     "Index-matched boundaries of media count as Dirac vertices: what joins walks across them is left out.",
+     detail::how_to_pass_boundaries, "cos_to_camera, cos_to_light and distance, or positions and normals",
+     detail::join_boundaries<false, false>},
     {"light_paths_missing", "The number of light paths is left out of the camera connection.",
      "Multiply the camera connection's density by the number of light walks per image.", "",
      detail::forget_light_paths},
@@ -716,10 +1206,22 @@ inline constexpr mistake mistakes[] = {
      detail::forget_all_counts},
     {"photon_count", "The number of photons is left out of merges.",
      "Every camera vertex may merge with all light walks: multiply the merge's density by their number.", "",
-     detail::forget_count<technique_kind::merge>},
+     detail::forget_photons<detail::merging::all>},
+    {"photon_count", "The number of photons is left out of merges on surfaces.",
+     "Every camera vertex may merge with all light walks: multiply the merge's density by their number.", "",
+     detail::forget_photons<detail::merging::on_surfaces>},
+    {"photon_count", "The number of photons, or beams, is left out of merges in media.",
+     "Every camera vertex may merge with all light walks: multiply the merge's density by their number.", "",
+     detail::forget_photons<detail::merging::in_media>},
     {"merge_area", "The area of the query disk is left out of merges.",
      "Multiply the merge's density by pi r^2: without it, weights change with the scale of the scene.", "",
-     detail::forget_merge_area},
+     detail::forget_merge_area<detail::merging::all>},
+    {"merge_area", "The area of the query disk is left out of merges on surfaces.",
+     "Multiply the merge's density by pi r^2: without it, weights change with the scale of the scene.", "",
+     detail::forget_merge_area<detail::merging::on_surfaces>},
+    {"merge_area", "The kernel's volume, area or length is left out of merges in media.",
+     "Multiply the merge's density by 4/3 pi r^3, pi r^2 or 2 r, after the family.", "",
+     detail::forget_merge_area<detail::merging::in_media>},
     {"disabled_technique", "Light hits are switched off but still stand in the denominator.",
      "Set the count of a technique that is off to 0 in every weight.", "",
      detail::keep_disabled<technique_kind::light_hit>},
@@ -760,7 +1262,22 @@ inline constexpr mistake mistakes[] = {
      detail::leave_out<technique_kind::direct>},
     {"missing_technique", "Merges are missing in the other techniques' weights.",
      "Add the technique to the denominator of all weights of paths that it can make.", "",
-     detail::leave_out<technique_kind::merge>},
+     detail::leave_out_merges<detail::merging::all>},
+    {"missing_technique", "Merges in media are missing in the other techniques' weights.",
+     "Add the technique to the denominator of all weights of paths that it can make.", "",
+     detail::leave_out_merges<detail::merging::in_media>},
+    {"missing_technique", "Point-point merges are missing in the other techniques' weights.",
+     "Add the technique to the denominator of all weights of paths that it can make.", "",
+     detail::leave_out_family<merge_family::point_point>},
+    {"missing_technique", "Point-beam merges are missing in the other techniques' weights.",
+     "Add the technique to the denominator of all weights of paths that it can make.", "",
+     detail::leave_out_family<merge_family::point_beam>},
+    {"missing_technique", "Beam-point merges are missing in the other techniques' weights.",
+     "Add the technique to the denominator of all weights of paths that it can make.", "",
+     detail::leave_out_family<merge_family::beam_point>},
+    {"missing_technique", "Beam-beam merges are missing in the other techniques' weights.",
+     "Add the technique to the denominator of all weights of paths that it can make.", "",
+     detail::leave_out_family<merge_family::beam_beam>},
     {"subpath_caps", "The caps of sub-path lengths are ignored.",
      "Leave out the techniques whose sub-paths would be longer than the caps; or cap the path's total length "
      "instead, which changes no weight.",

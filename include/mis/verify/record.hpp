@@ -83,6 +83,17 @@ struct recorded_vertex {
     double shading_cos_to_light = not_given;
     double distance2_at_infinity = not_given; // infinite light: to the point where the renderer places it
     double material = not_given;              // any number by which mistakes of one material are told
+    double pass_from_camera = not_given; // in a medium: of passing its last segment up to here, Pr(t > d)
+    double pass_from_light = not_given;
+};
+
+// An index-matched boundary that an edge passes. It is no vertex, because no direction changes there: only to
+// tell mistakes apart.
+struct recorded_boundary {
+    int edge = 0;                                     // from x_i to x_{i+1}: i
+    double distance = 0;                              // from x_i
+    double cosine = 1;                                // |cos| between the edge and the boundary's normal
+    double pass_from_camera = 1, pass_from_light = 1; // of coming so far, from x_i and from x_{i+1}
 };
 
 // Fields that files hold as numbers, by their names there. The distance is kept squared, and is not among
@@ -91,7 +102,7 @@ struct recorded_number {
     const char* name;
     double recorded_vertex::*member;
 };
-inline constexpr std::array<recorded_number, 24> recorded_numbers{
+inline constexpr std::array<recorded_number, 26> recorded_numbers{
     {{"pdf_position", &recorded_vertex::pdf_position},
      {"pdf_next_event", &recorded_vertex::pdf_next_event},
      {"pdf_to_camera", &recorded_vertex::pdf_to_camera},
@@ -115,7 +126,9 @@ inline constexpr std::array<recorded_number, 24> recorded_numbers{
      {"selection_next_event", &recorded_vertex::selection_next_event},
      {"eta_to_camera", &recorded_vertex::eta_to_camera},
      {"eta_to_light", &recorded_vertex::eta_to_light},
-     {"material", &recorded_vertex::material}}};
+     {"material", &recorded_vertex::material},
+     {"pass_from_camera", &recorded_vertex::pass_from_camera},
+     {"pass_from_light", &recorded_vertex::pass_from_light}}};
 
 // A family of merges in media: how many light walks leave its points or beams, and the radius. Kernels are
 // constant over spheres, disks and intervals of this radius.
@@ -139,6 +152,7 @@ struct path_record {
     merge_family family{};                     // of a merge in a medium
     bool splits_on_arrival = false; // before a vertex is joined: splits are inside the densities of arriving
     std::vector<recorded_vertex> vertices;
+    std::vector<recorded_boundary> boundaries; // of all edges, from camera to light
 };
 
 namespace detail {
@@ -250,6 +264,10 @@ inline const char* first_bad_field(const path_record& record) {
             return "families";
     return nullptr;
 }
+inline bool is_good(const recorded_boundary& b, int n) {
+    return b.edge >= 0 && b.edge < n - 1 && is_measure(b.distance) && is_measure(b.cosine) &&
+           is_measure(b.pass_from_camera) && is_measure(b.pass_from_light);
+}
 
 } // namespace detail
 
@@ -272,6 +290,9 @@ inline record_place first_bad_number(const path_record& record) {
         if (is_bad(x.distance2_at_infinity))
             return {static_cast<int>(i), "position"};
     }
+    for (const recorded_boundary& b : record.boundaries)
+        if (!detail::is_good(b, static_cast<int>(record.vertices.size())))
+            return {b.edge, "boundaries"};
     return {};
 }
 
@@ -326,12 +347,18 @@ struct weight_terms {
 
     std::vector<double> from_camera, from_light; // P-> and P<- of each vertex
     std::vector<double> merge_factors;
-    std::vector<std::array<double, 4>> families; // sizes, of vertices in media; empty where no family is on
-    merge_family family{};                       // that made_by is of, in a medium
-    std::vector<unsigned char> in_medium;        // of families' vertices
     std::vector<unsigned char> can_connect, can_merge; // 0 at Dirac scatterers
-    double next_event = 0;                             // of the light point
-    double camera_connection = 0;                      // of the lens point
+    // Merges in media: each family's count times its kernel, and X->, X<- and the sine at each vertex (empty
+    // where no family is on).
+    struct medium_place {
+        bool in_medium = false;
+        double from_camera = 0, from_light = 0, sin_angle = 0;
+    };
+    std::array<double, 4> families{};
+    std::vector<medium_place> media;
+    merge_family family{};        // that made_by is of, in a medium
+    double next_event = 0;        // of the light point
+    double camera_connection = 0; // of the lens point
     bool light_can_be_hit = true, camera_can_be_hit = false;
 
     std::array<double, 7> counts{}; // by technique_kind; merges without their area
@@ -368,28 +395,22 @@ inline double log_from_light(const path_record& record, std::size_t i) {
            log_of(x.pdf_distance_from_light) + log_of_inverse(x.distance2_to_light);
 }
 
-// The sizes of the families at a vertex: as at_vertex in media.hpp, in logarithms.
-inline std::array<double, 4> log_sizes(const std::array<recorded_family, 4>& families,
-                                       const recorded_vertex& x) {
-    const auto log_size = [&](merge_family f, double dimensions, double constant) {
-        const recorded_family& family = families[static_cast<std::size_t>(f)];
-        if (!(family.count > 0) || !(family.radius > 0))
-            return log_density::zero;
-        return log_of(family.count) + dimensions * log_of(family.radius) + std::log(constant);
-    };
-    constexpr double pi = 3.14159265358979323846;
-    const double from_camera = log_of(x.beam_from_camera), from_light = log_of(x.beam_from_light);
-    const auto times = [](double size, double x_of_beam) { // what is off needs no beam
-        return log_density::is_zero(size) ? size : size + x_of_beam;
-    };
-    return {log_size(merge_family::point_point, 3, pi * 4 / 3),
-            times(log_size(merge_family::point_beam, 2, pi), from_camera),
-            times(log_size(merge_family::beam_point, 2, pi), from_light),
-            times(log_size(merge_family::beam_beam, 1, 2), from_camera + from_light + log_of(x.sin_angle))};
+// A family's kernel, constant over a sphere, disk or interval: 4/3 pi r^3, pi r^2 or 2 r.
+constexpr int dimensions_of(merge_family f) {
+    return f == merge_family::point_point ? 3 : f == merge_family::beam_beam ? 1 : 2;
 }
+inline double log_kernel(merge_family f, double radius) {
+    constexpr double pi = 3.14159265358979323846;
+    const int dimensions = dimensions_of(f);
+    return dimensions * log_of(radius) + std::log(dimensions == 3 ? pi * 4 / 3 : dimensions == 2 ? pi : 2.0);
+}
+inline const recorded_family& family_of(const path_record& record, merge_family f) {
+    return record.families[static_cast<std::size_t>(f)];
+}
+inline bool is_on(const recorded_family& family) { return family.count > 0 && family.radius > 0; }
 inline bool has_families(const path_record& record) {
     for (const recorded_family& family : record.families)
-        if (family.count > 0 && family.radius > 0)
+        if (is_on(family))
             return true;
     return false;
 }
@@ -417,13 +438,19 @@ inline void terms_of(const path_record& record, weight_terms& terms) {
     }
     terms.can_merge = terms.can_connect;
     terms.family = record.family;
-    terms.families.clear();
-    terms.in_medium.clear();
-    if (detail::has_families(record))
-        for (const recorded_vertex& x : record.vertices) {
-            terms.families.push_back(detail::log_sizes(record.families, x));
-            terms.in_medium.push_back(x.kind == vertex_kind::medium);
+    terms.media.clear();
+    if (detail::has_families(record)) {
+        for (std::size_t f = 0; f < terms.families.size(); ++f) {
+            const recorded_family& family = record.families[f];
+            terms.families[f] =
+                detail::is_on(family)
+                    ? log_of(family.count) + detail::log_kernel(static_cast<merge_family>(f), family.radius)
+                    : log_density::zero;
         }
+        for (const recorded_vertex& x : record.vertices)
+            terms.media.push_back({x.kind == vertex_kind::medium, log_of(x.beam_from_camera),
+                                   log_of(x.beam_from_light), log_of(x.sin_angle)});
+    }
     const recorded_vertex &camera = record.vertices.front(), &light = record.vertices.back();
     terms.next_event =
         is_given(light.pdf_next_event) ? log_of(light.pdf_next_event) : terms.from_light[n - 1];
@@ -466,9 +493,25 @@ struct expected_weight {
 
 namespace detail {
 
-// Whether merges at x_i are those of families in media; and the place of one, behind those of technique_at.
+// Whether merges at x_i are those of families in media; the size of one there, as by at_vertex in media.hpp
+// (what is off, 0, needs no beam); and its place, behind those of technique_at.
 inline bool has_families_at(const weight_terms& terms, std::size_t i) {
-    return !terms.families.empty() && terms.in_medium[i] != 0;
+    return !terms.media.empty() && terms.media[i].in_medium;
+}
+inline double log_size_at(const weight_terms& terms, std::size_t i, int family) {
+    const weight_terms::medium_place& x = terms.media[i];
+    const double size = terms.families[static_cast<std::size_t>(family)];
+    switch (static_cast<merge_family>(family)) {
+    case merge_family::point_point:
+        return size;
+    case merge_family::point_beam:
+        return size + x.from_camera;
+    case merge_family::beam_point:
+        return size + x.from_light;
+    case merge_family::beam_beam:
+        break;
+    }
+    return size + (x.from_camera + x.from_light + x.sin_angle);
 }
 constexpr int family_place(int n, int i, int family) { return technique_count(n) + 4 * i + family; }
 // The place of the technique that made the path; and the place of a technique, or of the merge that a family
@@ -481,6 +524,17 @@ inline int place_made_by(const weight_terms& terms) {
 }
 constexpr int technique_place(int n, int place) {
     return place < technique_count(n) ? place : n + (place - technique_count(n)) / 4;
+}
+// The number of samples of the technique at a place, or its size.
+inline double log_samples(const weight_terms& terms, int place) {
+    const int n = size_of(terms), families = place - technique_count(n);
+    if (families >= 0)
+        return log_size_at(terms, static_cast<std::size_t>(families / 4), families % 4);
+    const technique t = technique_at(n, place);
+    const bool merges = t.kind == technique_kind::merge;
+    return terms.count(t.kind) +
+           (merges ? terms.merge_factors[static_cast<std::size_t>(t.camera_vertices - 1)] + terms.merge_area
+                   : 0.0);
 }
 
 // Calls visit(place, effective density) for every technique that is on: products of P-> up to the edge or
@@ -516,12 +570,10 @@ template <class Visit> void for_each_log_density(const weight_terms& terms, Visi
             continue;
         if (has_families_at(terms, i)) {
             for (int f = 0; f < 4 && is_within_caps(terms.caps, n, {technique_kind::merge, s + 1}); ++f)
-                if (const double size = terms.families[i][static_cast<std::size_t>(f)];
-                    !log_density::is_zero(size))
+                if (const double size = log_size_at(terms, i, f); !log_density::is_zero(size))
                     visit(family_place(n, s, f), from_camera + from_light[s] + size);
         } else if (is_on(terms, {technique_kind::merge, s + 1}))
-            visit(n + s, from_camera + from_light[s] + terms.merge_factors[i] +
-                             terms.count(technique_kind::merge) + terms.merge_area);
+            visit(n + s, from_camera + from_light[s] + log_samples(terms, n + s));
     }
 }
 
@@ -643,21 +695,28 @@ inline expected_weight weight_of(const weight_terms& terms) {
 inline int first_float_overflow(const weight_terms& terms) {
     const int n = size_of(terms);
     const double beta = terms.heuristic == heuristic_kind::power ? terms.parameter : 1.0;
-    const auto overflows = [&](technique t) {
-        double product = terms.count(t.kind);
+    const auto overflows = [&](int place) {
+        const technique t = technique_at(n, detail::technique_place(n, place));
+        const bool merges = t.kind == technique_kind::merge;
+        double product = detail::log_samples(terms, place);
         for (int i = 0; i < n; ++i) {
             const std::size_t at = static_cast<std::size_t>(i);
-            product += i < t.camera_vertices ? terms.from_camera[at] : terms.from_light[at];
+            product += i < t.camera_vertices ? terms.from_camera[at] : 0.0;
+            product += i >= t.camera_vertices - (merges ? 1 : 0) ? terms.from_light[at] : 0.0;
             if (beta * product < std::log(1e-45) || beta * product > std::log(3.4e38))
                 return i;
         }
         return -1;
     };
-    int first = is_on(terms, terms.made_by) ? overflows(terms.made_by) : -1;
-    for (int place = 0; place <= n && first < 0; ++place)
-        if (const technique t = technique_at(n, place); is_on(terms, t))
-            first = overflows(t);
-    return first;
+    const int own_place = detail::place_made_by(terms);
+    int own = -1, first = -1;
+    detail::for_each_log_density(terms, [&](int place, double) {
+        if (place == own_place)
+            own = overflows(place);
+        else if (first < 0)
+            first = overflows(place);
+    });
+    return own >= 0 ? own : first;
 }
 
 } // namespace mis
