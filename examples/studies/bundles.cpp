@@ -16,7 +16,7 @@ struct options : image_options {
     int patches = 4000, runs = 8;
     double pilot_share = 0.05;                                       // of the time
     double seconds = 2, reference_seconds = 60, smooth_seconds = 40; // of the processor
-    std::vector<std::string> scenes{"glossy_floor", "glossy", "cornell"};
+    std::vector<std::string> scenes{"glossy_floor"};
     options() { size = 256; }
 };
 
@@ -148,7 +148,6 @@ constexpr std::array<const char*, contestants> names{"bundles", "paths", "both"}
 struct measured {
     double seconds = 0, rays = 0, squared = 0;    // means over runs
     double steps = 0, walks = 0, light_walks = 0; // walks: of each seen patch
-    std::vector<double> squares;                  // of runs
     std::vector<std::vector<rgb>> found;          // of runs
     std::unique_ptr<solution> first;
 };
@@ -181,8 +180,7 @@ measured measure(const problem& p, const options& o, const costs& c, const patch
         m.seconds += (processor_seconds() - start) / o.runs;
         m.rays += double(rays.parallel + rays.other + s->rays.parallel + s->rays.other) / o.runs;
         m.found.push_back(sum_of(*s));
-        m.squares.push_back(mean_square(p, m.found.back(), r.mean) - r.noise);
-        m.squared += m.squares.back() / o.runs;
+        m.squared += (mean_square(p, m.found.back(), r.mean) - r.noise) / o.runs;
         m.steps += n.steps / o.runs;
         m.light_walks += n.light_walks / o.runs;
         for (std::size_t kind = 0; kind < n.walks.size(); ++kind)
@@ -248,13 +246,13 @@ void write_pictures(const problem& p, const options& o, const by_contestant& lit
                                        {"their sum", shown(sum_of(s))}});
 }
 
-// [C]'s single weight: half of the time for each method, so that both are weighed.
+// [C]'s single weight, half of the time for walks and half for bundles, so that both are weighed; and a
+// weight for each term of the same paths.
 void show_single_weight(const problem& p, const options& o, const costs& c, const patch_reference& r) {
     constexpr double most = 0.1; // what the colours reach to
     const counts n{std::round(o.seconds / 2 / c.step),
                    all_walks(p, o.seconds / 2 / seconds_of_all_walks(p, c)).walks, 0};
-    std::vector<panel> panels;
-    for (const weighting by : {weighting::each_term, weighting::single}) {
+    const auto mean_by = [&](weighting by) {
         std::vector<std::vector<rgb>> runs;
         run_options set = settings_of(o);
         set.by = by;
@@ -262,23 +260,35 @@ void show_single_weight(const problem& p, const options& o, const costs& c, cons
             show_progress(text("%s: single weights, run %d of %d", p.scene.name.c_str(), run + 1, o.runs));
             runs.push_back(sum_of(solve(p, n, o.seed + 5000 + std::uint64_t(run), set)));
         }
-        const std::vector<rgb> mean = mean_of(runs);
-        double found = 0, right = 0;
+        return mean_of(runs);
+    };
+    const auto too_bright = [&](const std::vector<rgb>& found, const std::vector<rgb>& right) {
+        return to_image(p, [&](std::size_t i) {
+            const double part = brightness(found[i]) / brightness(right[i]) - 1;
+            return blue_to_orange(std::clamp(0.5 + part / (2 * most), 0.0, 1.0));
+        });
+    };
+    const std::vector<rgb> each = mean_by(weighting::each_term), single = mean_by(weighting::single);
+    for (std::size_t kind = 0; kind < p.seen_by_kind.size(); ++kind) {
+        double sums[] = {0, 0, 0};
         for (const std::size_t i : p.seen)
-            found += brightness(mean[i]), right += brightness(r.mean[i]);
-        const bool each = by == weighting::each_term;
-        note(text("%s: %.2f %% too bright; blocks are up to %.1f standard errors apart",
-                  each ? "a weight for each term" : "one weight for all", 100 * (found / right - 1),
-                  largest_distance(p, runs, r)));
-        panels.push_back(
-            {each ? "a weight for each term" : "one weight for all", to_image(p, [&](std::size_t i) {
-                 const double too_bright = brightness(mean[i]) / brightness(r.mean[i]) - 1;
-                 return blue_to_orange(std::clamp(0.5 + too_bright / (2 * most), 0.0, 1.0));
-             })});
+            if (static_cast<std::size_t>(p.patches[i].point.material) == kind) {
+                sums[0] += brightness(r.mean[i]);
+                sums[1] += brightness(each[i]);
+                sums[2] += brightness(single[i]);
+            }
+        if (p.seen_by_kind[kind] > 0)
+            note(text(
+                "material %zu: %.2f %% too bright with a weight for each term, with one for all %.2f %%; "
+                "one over each %.2f %%",
+                kind, 100 * (sums[1] / sums[0] - 1), 100 * (sums[2] / sums[0] - 1),
+                100 * (sums[2] / sums[1] - 1)));
     }
-    write_panels(
-        o.output + "/bundles-" + p.scene.name + "-single.jpg", panels,
-        {blue_to_orange, text("%.0f %% too dark", 100 * most), text("%.0f %% too bright", 100 * most)});
+    write_panels(o.output + "/bundles-" + p.scene.name + "-single.jpg",
+                 {{"a weight per term", too_bright(each, r.mean)},
+                  {"one weight", too_bright(single, r.mean)},
+                  {"one over per term", too_bright(single, each)}},
+                 {blue_to_orange, text("%.0f %% darker", 100 * most), text("%.0f %% brighter", 100 * most)});
 }
 
 // Images of patches against one of the smooth scene; lamps are left out. Half as large as others, so that
@@ -286,7 +296,7 @@ void show_single_weight(const problem& p, const options& o, const costs& c, cons
 void compare_with_smooth(const std::string& scene, options o) {
     o.size /= 2;
     const auto smooth = bpt::make_scene<real>(scene);
-    const auto without_lamps = 3;
+    constexpr int without_lamps = 3; // vertices of a path, at least
     const auto truth = render_reference(
         scene + ", smooth", o.smooth_seconds,
         [&](std::size_t half) {
@@ -320,7 +330,7 @@ void compare_with_smooth(const std::string& scene, options o) {
                   scene.c_str(), p->patches.size(), std::sqrt(mean_squared_error(m, 1, truth)) / level,
                   std::sqrt(truth.noise) / level));
         shown.pixels = m.pixels;
-        panels.push_back({text("%zu patches", p->patches.size()), exposed(shown, smooth.exposure)});
+        panels.push_back({text("%zu", p->patches.size()), exposed(shown, smooth.exposure)});
     }
     write_panels(o.output + "/bundles-patches.jpg", panels);
 }
