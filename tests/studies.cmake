@@ -41,3 +41,7 @@ mis_test_study(environment
 mis_test_study(allocation --seeds=1,--seeds=many,--steps=0,--seed=x --seeds 3 --steps 10 --report-only)
 mis_test_study(direct_allocation --size=3,--rays=0,--rays=many,--runs=1,--least-share=1,--around=-1,--threads=0,--seed=x
                --size 16 --runs 8 --report-only)
+mis_test_study(bundles
+               --scene=no_such_scene,--scene=spheres,--patches=0,--seconds=0,--seconds=many,--runs=1,--pilot-share=1,--seed=x
+               --scene glossy_floor --size 16 --patches 300 --seconds 0.05 --runs 2 --reference-seconds 0.1
+               --smooth-seconds 0.1 --report-only)

@@ -30,10 +30,12 @@ color<Real> evaluate(const material<Real>& m, const surface_point<Real>& x, cons
         return m.diffuse * phase_density(m.exponent, -dot(from, to));
     if (is_dirac(m) || !can_reflect(x, from, to))
         return color<Real>(0);
+    if (m.kind != material_kind::glossy)
+        return m.diffuse / pi<Real>;
     const Real cosine = lobe_cosine(x, from, to);
     const Real lobe =
         cosine > Real(0) ? (m.exponent + 2) / (2 * pi<Real>)*std::pow(cosine, m.exponent) : Real(0);
-    return m.diffuse / pi<Real> + (m.kind == material_kind::glossy ? m.specular * lobe : color<Real>(0));
+    return m.diffuse / pi<Real> + m.specular * lobe;
 }
 
 template <class Real> Real diffuse_share(const material<Real>& m) {

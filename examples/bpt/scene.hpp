@@ -139,15 +139,20 @@ bool hit_sphere(const vec3<Real>& center, Real radius, const vec3<Real>& origin,
 
 } // namespace detail
 
-// The first surface along a ray of unit direction, between `nearest` (or epsilon) and `farthest`.
+// What a ray meets first: a triangle, at a + u ab + v ac, or a sphere, or nothing.
+template <class Real> struct ray_hit {
+    const bpt::triangle<Real>* triangle = nullptr;
+    const bpt::sphere<Real>* sphere = nullptr;
+    Real distance = 0, u = 0, v = 0;
+};
+
+// Along a ray of unit direction, between `nearest` (or epsilon) and `farthest`.
 template <class Real>
-std::optional<surface_point<Real>>
-intersect(const scene<Real>& scene, const vec3<Real>& origin, const vec3<Real>& direction,
-          Real farthest = std::numeric_limits<Real>::max(), Real nearest = -1) {
+ray_hit<Real> find_hit(const scene<Real>& scene, const vec3<Real>& origin, const vec3<Real>& direction,
+                       Real farthest = std::numeric_limits<Real>::max(), Real nearest = -1) {
     nearest = nearest < Real(0) ? scene.epsilon() : nearest;
-    const triangle<Real>* hit_triangle = nullptr;
-    const sphere<Real>* hit_sphere = nullptr;
-    Real best = farthest, best_u = 0, best_v = 0;
+    ray_hit<Real> best;
+    best.distance = farthest;
     for (const auto& cluster : scene.clusters) {
         Real distance = 0, u = 0, v = 0;
         const bool may_hit =
@@ -155,31 +160,37 @@ intersect(const scene<Real>& scene, const vec3<Real>& origin, const vec3<Real>& 
             detail::hit_sphere(cluster.center, cluster.radius, origin, direction, Real(0), distance);
         for (std::size_t i = 0; may_hit && i < cluster.count; ++i) {
             const auto& t = scene.triangles[cluster.first + i];
-            if (detail::hit_triangle(t, origin, direction, nearest, distance, u, v) && distance < best) {
-                best = distance, best_u = u, best_v = v;
-                hit_triangle = &t;
-            }
+            if (detail::hit_triangle(t, origin, direction, nearest, distance, u, v) &&
+                distance < best.distance)
+                best = {&t, nullptr, distance, u, v};
         }
     }
     for (const auto& s : scene.spheres) {
         Real distance = 0;
-        if (detail::hit_sphere(s.center, s.radius, origin, direction, nearest, distance) && distance < best) {
-            best = distance;
-            hit_sphere = &s;
-        }
+        if (detail::hit_sphere(s.center, s.radius, origin, direction, nearest, distance) &&
+            distance < best.distance)
+            best = {nullptr, &s, distance, 0, 0};
     }
-    const vec3<Real> position = origin + best * direction;
-    if (hit_sphere) {
-        const vec3<Real> normal = normalize(position - hit_sphere->center);
-        return surface_point<Real>{hit_sphere->center + hit_sphere->radius * normal, normal, normal,
-                                   hit_sphere->material, -1};
+    return best;
+}
+
+// The first surface there.
+template <class Real>
+std::optional<surface_point<Real>>
+intersect(const scene<Real>& scene, const vec3<Real>& origin, const vec3<Real>& direction,
+          Real farthest = std::numeric_limits<Real>::max(), Real nearest = -1) {
+    const ray_hit<Real> hit = find_hit(scene, origin, direction, farthest, nearest);
+    if (hit.sphere) {
+        const vec3<Real> normal = normalize(origin + hit.distance * direction - hit.sphere->center);
+        return surface_point<Real>{hit.sphere->center + hit.sphere->radius * normal, normal, normal,
+                                   hit.sphere->material, -1};
     }
-    if (!hit_triangle)
+    if (!hit.triangle)
         return std::nullopt;
-    const auto& t = *hit_triangle;
-    const vec3<Real> shading = t.shading_normals[0] * (Real(1) - best_u - best_v) +
-                               t.shading_normals[1] * best_u + t.shading_normals[2] * best_v;
-    return surface_point<Real>{t.a + best_u * t.ab + best_v * t.ac, t.normal, normalize(shading), t.material,
+    const auto& t = *hit.triangle;
+    const vec3<Real> shading = t.shading_normals[0] * (Real(1) - hit.u - hit.v) +
+                               t.shading_normals[1] * hit.u + t.shading_normals[2] * hit.v;
+    return surface_point<Real>{t.a + hit.u * t.ab + hit.v * t.ac, t.normal, normalize(shading), t.material,
                                t.light};
 }
 

@@ -288,6 +288,13 @@ void diffuse(builder& b) {
     look_down(b);
 }
 
+// The box with a floor that reflects all around in a narrow lobe, and everything else diffuse.
+void glossy_floor(builder& b) {
+    cornell(b);
+    const int polished = b.glossy(dvec3(0.15), dvec3(0.6), 30);
+    b.s.triangles[0].material = b.s.triangles[1].material = polished;
+}
+
 // A floor under a clear liquid, lit by four points above it: all light is refracted on its way to the floor
 // and on its way to the camera, so that only merges find it. Next to nothing is reflected and no walk is
 // ended, so that merges are all that is noisy. [H] figure 7 has a torus in glass.
@@ -502,6 +509,7 @@ const std::map<std::string, void (*)(builder&)>& builders() {
                                                                {"mixed", mixed},
                                                                {"caustic", caustic},
                                                                {"diffuse", diffuse},
+                                                               {"glossy_floor", glossy_floor},
                                                                {"pool", pool},
                                                                {"rooms", rooms},
                                                                {"fog", fog},
@@ -563,7 +571,7 @@ const std::vector<std::string>& scene_names() {
 }
 
 const std::vector<std::string>& study_scene_names() {
-    static const std::vector<std::string> names{"caustic", "diffuse", "pool", "rooms"};
+    static const std::vector<std::string> names{"caustic", "diffuse", "glossy_floor", "pool", "rooms"};
     return names;
 }
 

@@ -273,7 +273,7 @@ image to_picture(const lit_scene& s, const image& m) {
 image split_picture(const lit_scene& s, const image& split) {
     image shown = split;
     for (std::size_t i = 0; i < shown.pixels.size(); ++i)
-        shown.pixels[i] = s.surface(i) >= 0 ? plates::weight_color(1 - split.pixels[i].x) : dvec3(0.25);
+        shown.pixels[i] = s.surface(i) >= 0 ? blue_to_orange(1 - split.pixels[i].x) : dvec3(0.25);
     return shown;
 }
 image above(const image& top, const image& bottom) {
@@ -361,7 +361,7 @@ bool run(const options& o) {
     for (const char* name : {"cornell", "spheres", "glossy", "smooth", "environment"})
         scenes.push_back(std::make_unique<in_renderer>(name, o.size));
     std::vector<panel> panels;
-    const color_bar bar{plates::weight_color, "all light samples", "all BSDF samples"};
+    const color_bar bar{blue_to_orange, "all light samples", "all BSDF samples"};
     bool good = true;
     double product = 1, largest = 0;
     std::printf("%d rays in each pixel, %d of them pilots; %d runs\n", o.rays, 2 * pilots_of_each(o), o.runs);

@@ -422,10 +422,4 @@ inline dvec3 tone_mapped(const dvec3& radiance, double exposure) {
     return brightest > 0 ? radiance * (exposure * (1 - std::exp(-brightest)) / brightest) : dvec3(0);
 }
 
-// Blue: light sampling, orange: BSDF sampling.
-inline dvec3 weight_color(double bsdf_weight) {
-    const dvec3 blue(0.15, 0.33, 0.74), white(0.95), orange(0.91, 0.44, 0.0);
-    return bsdf_weight < 0.5 ? mix(blue, white, 2 * bsdf_weight) : mix(white, orange, 2 * bsdf_weight - 1);
-}
-
 } // namespace studies::direct_light

@@ -36,6 +36,12 @@ struct color_bar {
     std::string left, right;
 };
 
+// From blue at 0 by way of white to orange at 1, as the share of one of two techniques is shown.
+inline glm::dvec3 blue_to_orange(double x) {
+    const glm::dvec3 blue(0.15, 0.33, 0.74), white(0.95), orange(0.91, 0.44, 0.0);
+    return x < 0.5 ? mix(blue, white, 2 * x) : mix(white, orange, 2 * x - 1);
+}
+
 namespace detail {
 
 using surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;

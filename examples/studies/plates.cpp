@@ -57,7 +57,7 @@ image weight_picture(const reference& r, estimator e) {
     image shown = r.mean;
     for (std::size_t i = 0; i < shown.pixels.size(); ++i)
         if (sum_of(shown.pixels[i]) > 0)
-            shown.pixels[i] = weight_color(r.known[i][e].bsdf_weight());
+            shown.pixels[i] = blue_to_orange(r.known[i][e].bsdf_weight());
     return shown;
 }
 
@@ -69,7 +69,7 @@ void write_pictures(const scene& s, const options& o, const images& all, const r
     for (const estimator e : {balance, power, maximum})
         panels.push_back({names[e], weight_picture(r, e)});
     write_panels(o.output + "/plates-weights.jpg", panels,
-                 {weight_color, "all weight to light sampling", "to BSDF sampling"});
+                 {blue_to_orange, "all weight to light sampling", "to BSDF sampling"});
 }
 
 bool run(const options& o) {
