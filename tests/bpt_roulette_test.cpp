@@ -15,7 +15,7 @@ using lab::renderer, lab::settings;
 constexpr roulette_mode modes[] = {roulette_mode::none,       roulette_mode::throughput,
                                    roulette_mode::albedo,     roulette_mode::adjoint,
                                    roulette_mode::efficiency, roulette_mode::per_technique};
-const char* name_of_mode(roulette_mode m) {
+std::string name_of_mode(roulette_mode m) {
     constexpr const char* names[] = {"none",    "throughput", "albedo",
                                      "adjoint", "efficiency", "per-technique"};
     return names[static_cast<int>(m)];
