@@ -374,7 +374,7 @@ void door(builder& b) {
     b.look({-3.7, 1.7, 0.4}, {-0.6, 0.9, 3.4}, 0.65);
     b.s.center = {0, height / 2, depth / 2};
     b.s.radius = 4.9;
-    b.s.exposure = 1;
+    b.s.exposure = 6;
 }
 
 // A small lamp and a small plate, nearly a mirror: all that is bright is seen in a few pixels.

@@ -256,14 +256,16 @@ bool run(const options& o) {
                                      best, best_by_time, bar));
         const double exposure = static_cast<double>(scene.exposure);
         const auto& shown = outcomes[best_mode];
-        const int times = std::max(1, 256 / o.size);
-        write_panels(o.output + "/roulette-" + e.scene + "-" + e.algorithm + ".jpg",
-                     {{"by throughput", enlarged(picture_of(outcomes[throughput], exposure), times)},
-                      {mode_names[best_mode] + ", same time", enlarged(picture_of(shown, exposure), times)},
-                      {"rates, camera walks",
-                       rates_of(scene, shown.roulette, bpt::walk_kind::from_camera, times * o.size)},
-                      {"rates, light walks",
-                       rates_of(scene, shown.roulette, bpt::walk_kind::from_light, times * o.size)}},
+        const int times = std::max(1, 288 / o.size);
+        std::vector<panel> panels{
+            {"by throughput", enlarged(picture_of(outcomes[throughput], exposure), times)},
+            {mode_names[best_mode] + ", same time", enlarged(picture_of(shown, exposure), times)}};
+        if (e.algorithm != "lt")
+            panels.push_back({"rates, camera walks",
+                              rates_of(scene, shown.roulette, bpt::walk_kind::from_camera, times * o.size)});
+        panels.push_back({"rates, light walks",
+                          rates_of(scene, shown.roulette, bpt::walk_kind::from_light, times * o.size)});
+        write_panels(o.output + "/roulette-" + e.scene + "-" + e.algorithm + ".jpg", panels,
                      {rate_color, "1/8", "8 copies"});
         std::fflush(stdout);
     }
