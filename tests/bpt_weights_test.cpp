@@ -215,7 +215,7 @@ TEST_CASE("the renderer alone makes the laboratory's image, to the last bit, wit
                 looked_at.sum.pixels[static_cast<std::size_t>(c.pixel)] +=
                     glm::dvec3(c.value) * static_cast<double>(c.weight);
     });
-    const bpt::renderer renderer(scene, set, mis::power);
+    bpt::renderer renderer(scene, set, mis::power);
     while (alone.passes < set.passes)
         add_pass(renderer, alone);
     CHECK(alone.sum.pixels == looked_at.sum.pixels);

@@ -17,6 +17,8 @@ mis_test_study(area_light --steps=1,--steps=many,--passes=0,--seed=x --steps 6 -
 mis_test_study(splits --passes=0,--passes=many,--seed=x --passes 1000)
 mis_test_study(bound --weightings=0,--weightings=many,--seed=x --weightings 200)
 mis_test_study(zero_variance --walks=0,--walks=many,--longest=1,--seed=x --walks 5000 --longest 10)
+mis_test_study(roulette --size=3,--seconds=0,--scene=no_such_scene,--threads=0,--seed=x
+               --scene door --size 16 --seconds 0.05 --report-only)
 mis_test_study(scale --size=0,--scene=no_such_scene)
 mis_test_study(alpha --size=0,--passes=1,--repetitions=many,--radius=0,--seed=x
                --size 32 --passes 4 --repetitions 1 --report-only)

@@ -2,7 +2,7 @@
 // and the beams that a walk leaves behind in media.
 #pragma once
 
-#include "vertex.hpp"
+#include "roulette.hpp"
 
 namespace bpt {
 
@@ -40,11 +40,12 @@ template <class Real> bool leaves_beams(const media_merges<Real>& m, std::size_t
     return m.needs_light_beams() && light_walk % static_cast<std::size_t>(m.walks_for_beams) == 0;
 }
 
-// The weights of one pass. In a scene with media the families of merges are one factor of each vertex, in the
-// unit of which counts.merge is 1.
+// The weights of one pass, with the rates that they count on. In a scene with media the families of merges
+// are one factor of each vertex, in the unit of which counts.merge is 1.
 template <class Heuristic, class Real> struct weights_with_media : mis::path_weights<Heuristic, Real> {
     media_merges<Real> media;
     Real surface_factor = 1; // merges on surfaces over counts.merge
+    bpt::roulette<Real> roulette;
 
     explicit weights_with_media(const Heuristic& h, const mis::technique_counts<Real>& c)
         : mis::path_weights<Heuristic, Real>(h, c) {}
@@ -84,8 +85,8 @@ Real merge_factor(const Weights& weigh, walk_kind kind, const vertex<Real>& x, c
                   const flight<Real>& next) {
     if (!is_in_medium(x) || !weigh.media.any())
         return is_in_medium(x) ? Real(0) : weigh.surface_factor;
-    const walk_kind other = kind == walk_kind::from_camera ? walk_kind::from_light : walk_kind::from_camera;
-    return joined(weigh.heuristic, sizes_at(weigh.media.sizes, kind, x, to, weigh.beam(other, next.first)));
+    return joined(weigh.heuristic,
+                  sizes_at(weigh.media.sizes, kind, x, to, weigh.beam(other(kind), next.first)));
 }
 
 // How a walk leaves a vertex: in which direction, with which densities (a Dirac lobe's are probabilities),
@@ -133,6 +134,7 @@ template <class Real> struct beam {
     Real begin = 0, end = 0;
     int medium = -1;
     std::uint32_t walk = 0; // of a light walk
+    std::size_t place = 0;  // of `from` in its walk
     int vertices = 0;       // of the walk, one on the beam included
 };
 
@@ -141,14 +143,18 @@ template <class Real> struct walk : std::vector<vertex<Real>> {
     using std::vector<vertex<Real>>::vector;
     std::vector<beam<Real>> beams;
     bool leaves_beams = false;
+    Real worth = 1;      // of what it contributes, in roulettes that are learned
+    int copies_left = 1; // that it may still split into
 };
 
-template <class Real>
-void start(walk<Real>& walk, vertex<Real> x, const mis::subpath_state<Real>& state, int medium) {
+template <class Weights, class Real>
+void start(const Weights& weigh, walk<Real>& walk, vertex<Real> x, const mis::subpath_state<Real>& state,
+           int medium) {
     x.state = state;
     x.medium = medium;
     walk.assign(1, x);
     walk.beams.clear();
+    walk.copies_left = weigh.roulette.most_copies;
 }
 
 // A vertex in a medium, but for what arrive() knows.
@@ -167,39 +173,40 @@ template <class Weights, class Real>
 vertex<Real> vertex_on(const Weights& weigh, const scene<Real>& scene, walk_kind kind, const beam<Real>& beam,
                        Real distance) {
     vertex<Real> x = medium_vertex(scene, beam.medium, beam.leaving.origin + distance * beam.leaving.to);
+    x.depth = beam.vertices;
+    weigh.roulette.find_cells(x);
     flight<Real> flight = beam.before;
     add_piece(scene, flight, beam.medium, distance - beam.begin);
     arrive(weigh, kind, beam.from, beam.leaving, flight, x);
     return x;
 }
 
-// Flies on from a walk's last vertex to the first surface, to where it collides in a medium (then x is the
+// Flies on from a walk's vertex to the first surface, to where it collides in a medium (then x is the
 // vertex there), or to nothing. Leaves the beams of the pieces on its way.
 template <class Real>
-std::optional<surface_point<Real>> fly(const scene<Real>& scene, bool long_beams,
+std::optional<surface_point<Real>> fly(const scene<Real>& scene, bool long_beams, std::size_t place,
                                        const departure<Real>& leaving, walk<Real>& walk, pcg32& rng,
                                        flight<Real>& f, vertex<Real>& x) {
-    const vertex<Real>& from = walk.back();
+    const vertex<Real>& from = walk[place];
     int& medium = x.medium;
     return follow(
         scene, leaving.origin, leaving.to, place_on_ray<Real>{0, leaving.medium, is_in_medium(from)},
-        std::numeric_limits<Real>::max(), [&](const place_on_ray<Real>& place, Real end) {
-            medium = place.medium;
+        std::numeric_limits<Real>::max(), [&](const place_on_ray<Real>& at, Real end) {
+            medium = at.medium;
             if (!has_media(scene))
                 return true;
-            const auto* here = medium_at(scene, place.medium);
+            const auto* here = medium_at(scene, at.medium);
             const Real distance = here ? sample_distance(*here, rng) : std::numeric_limits<Real>::max();
-            const bool collides = distance < end - place.begin;
-            const Real stop = collides ? place.begin + distance : end;
+            const bool collides = distance < end - at.begin;
+            const Real stop = collides ? at.begin + distance : end;
             if (here && walk.leaves_beams) {
                 // What nothing ends is not followed to where nothing is left.
                 const Real last = std::min(long_beams ? end : stop, 1000 * scene.radius);
-                walk.beams.push_back({from, leaving, f, place.begin, last, place.medium, 0,
-                                      static_cast<int>(walk.size()) + 1});
+                walk.beams.push_back({from, leaving, f, at.begin, last, at.medium, 0, place, from.depth + 1});
             }
-            add_piece(scene, f, place.medium, stop - place.begin);
+            add_piece(scene, f, at.medium, stop - at.begin);
             if (collides)
-                x = medium_vertex(scene, place.medium, leaving.origin + stop * leaving.to);
+                x = medium_vertex(scene, at.medium, leaving.origin + stop * leaving.to);
             return !collides;
         });
 }
@@ -207,12 +214,12 @@ std::optional<surface_point<Real>> fly(const scene<Real>& scene, bool long_beams
 // What a walk meets: a surface, a point in a medium, a light (camera walks only: lights do not scatter), or
 // nothing.
 template <class Real>
-std::optional<vertex<Real>> meet(const scene<Real>& scene, walk_kind kind, bool long_beams,
+std::optional<vertex<Real>> meet(const scene<Real>& scene, walk_kind kind, bool long_beams, std::size_t place,
                                  const departure<Real>& leaving, walk<Real>& walk, pcg32& rng,
                                  flight<Real>& flight) {
     const bool camera = kind == walk_kind::from_camera;
     vertex<Real> x;
-    if (const auto hit = fly(scene, long_beams, leaving, walk, rng, flight, x)) {
+    if (const auto hit = fly(scene, long_beams, place, leaving, walk, rng, flight, x)) {
         const bool on_light = hit->light >= 0;
         if (on_light && !camera)
             return std::nullopt;
@@ -265,8 +272,8 @@ template <class Weights, class Real>
 mis::subpath_end<Real> end_towards(const Weights& weigh, walk_kind kind, const vertex<Real>& x,
                                    const vec3<Real>& across, const flight<Real>& edge) {
     const mis::cosine cosine{geometric_cosine(x, across)};
-    const mis::pdf_forward forward{density(*x.material, x.point, x.towards_previous, across)};
-    const mis::pdf_reverse reverse{density(*x.material, x.point, across, x.towards_previous)};
+    const mis::pdf_forward forward{walk_density(weigh.roulette, kind, x, x.towards_previous, across)};
+    const mis::pdf_reverse reverse{walk_density(weigh.roulette, other(kind), x, across, x.towards_previous)};
     return {x.state, cosine, forward, reverse, merge_factor(weigh, kind, x, across, edge)};
 }
 

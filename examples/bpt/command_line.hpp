@@ -16,8 +16,20 @@ struct options {
     double beta = 2, radius = 0.01, radius_alpha = 2.0 / 3; // [H] 20 - 23
     unsigned seed = 1;
     bool random_connection = false, one_light_vertex = false;
+    std::string roulette = "albedo";
+    int learning_passes = settings<double>{}.learning_passes;
     media_options media;
 };
+
+inline const std::map<std::string, roulette_mode>& roulette_modes() {
+    static const std::map<std::string, roulette_mode> modes{{"none", roulette_mode::none},
+                                                            {"throughput", roulette_mode::throughput},
+                                                            {"albedo", roulette_mode::albedo},
+                                                            {"adjoint", roulette_mode::adjoint},
+                                                            {"efficiency", roulette_mode::efficiency},
+                                                            {"per-technique", roulette_mode::per_technique}};
+    return modes;
+}
 
 inline void add_options(CLI::App& app, options& o) {
     using CLI::Range;
@@ -47,6 +59,11 @@ inline void add_options(CLI::App& app, options& o) {
                    "ppm, sppm, ups, vcm: the radius of pass i is that of pass 1 times i^((alpha - 1) / 2); "
                    "families in media shrink at their own rates, but for alpha = 1")
         ->check(above_0_to(1));
+    app.add_option("--roulette", o.roulette,
+                   "by what walks end, or go on in several copies; the last three are learned")
+        ->check(CLI::IsMember(roulette_modes()));
+    app.add_option("--learning-passes", o.learning_passes, "before the first one, by which rates are learned")
+        ->check(Range(0, 1000));
     app.add_option("--max-vertices", o.longest, "of a path in all")->check(Range(2, longest_path));
     app.add_option("--threads", o.threads, "the image is the same for any number")->check(Range(1, 1024));
     app.add_option("--seed", o.seed, "of the random numbers");
@@ -72,6 +89,8 @@ template <class Real> settings<Real> settings_of(const options& o, const scene<R
     set.merges_once = algorithm.merges_once;
     set.radius_alpha = algorithm.is_progressive ? static_cast<Real>(o.radius_alpha) : Real(1);
     set.random_connection = o.random_connection;
+    set.roulette.mode = roulette_modes().at(o.roulette);
+    set.learning_passes = o.learning_passes;
     set.media = media_merges_of(o.algorithm, algorithm.counts.merge > Real(0), o.media, o.radius,
                                 scene.radius, light_walks);
     return set;

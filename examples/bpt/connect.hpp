@@ -22,15 +22,19 @@ template <class Real> struct contribution {
 // direction. They are the renderer's own, and change with its next path.
 template <class Real> struct photon;
 template <class Real> struct complete_path {
-    const vertex<Real>* camera;
+    const vertex<Real>* camera; // x_{s-1}; those before it go back to the lens
     int camera_vertices;
-    const vertex<Real>* light; // its end point first. Merges: null, see photon
+    const vertex<Real>* light; // x_s; those before it go back to the light. None: null. Merges: see photon
     int light_vertices;
     const bpt::photon<Real>* photon = nullptr; // merges: what x_{s-1} has been merged with
 
     int size() const { return camera_vertices + light_vertices; }
     const vertex<Real>& operator[](int i) const {
-        return i < camera_vertices ? camera[i] : light[size() - 1 - i];
+        const bool by_camera = i < camera_vertices;
+        const vertex<Real>* x = by_camera ? camera : light;
+        for (int k = by_camera ? camera_vertices - 1 - i : i - camera_vertices; k > 0; --k)
+            x = &previous(*x);
+        return *x;
     }
 };
 
@@ -44,26 +48,23 @@ template <class Real, class Weights> struct sample_pair {
     walk<Real> camera, light;
 };
 
-// s >= 2: the camera walk has hit a light.
+// The camera walk has hit a light at x.
 template <class Real, class Weights, class Sink>
-void light_hit(const sample_pair<Real, Weights>& pair, Sink&& sink) {
-    const int n = static_cast<int>(pair.camera.size());
-    const vertex<Real>& x = pair.camera.back();
-    if (!is_light(x))
-        return;
+void light_hit(const sample_pair<Real, Weights>& pair, const vertex<Real>& x, Sink&& sink) {
+    const int n = x.depth;
     const color<Real> value =
         x.throughput * emitted(pair.scene, x, x.towards_previous) / pair.weigh.counts.light_hit;
-    const Real weight = pair.weigh.light_hit(x.state, light_end_point(pair.scene, x, x.towards_previous));
-    sink({{mis::technique_kind::light_hit, n}, n, pair.pixel, value, weight},
-         {pair.camera.data(), n, nullptr, 0});
+    const Real weight = pair.weigh.light_hit(
+        x.state, light_end_point(pair.weigh.roulette, pair.scene, x, x.towards_previous, previous(x)));
+    sink({{mis::technique_kind::light_hit, n}, n, pair.pixel, value, weight}, {&x, n, nullptr, 0});
 }
 
-// The end of a camera walk of s vertices is joined to a light point sampled for it.
+// The end of a camera walk, x, is joined to a light point sampled for it.
 template <class Real, class Weights, class Sink>
-void next_event(const sample_pair<Real, Weights>& pair, int s, pcg32& rng, Sink&& sink) {
+void next_event(const sample_pair<Real, Weights>& pair, const vertex<Real>& x, pcg32& rng, Sink&& sink) {
+    const int s = x.depth;
     const int i = pick_light(pair.scene, &light<Real>::select_next_event, rng);
     const Real lobe_share = pair.scene.lights[static_cast<std::size_t>(i)].lobe_share_next_event;
-    const vertex<Real>& x = pair.camera[static_cast<std::size_t>(s - 1)];
     const vertex<Real> y = sample_light_point(pair.scene, i, lobe_share, rng);
     const vec3<Real> across = direction(x, y);
     const color<Real> f = scattered(x, across, walk_kind::from_camera);
@@ -71,23 +72,23 @@ void next_event(const sample_pair<Real, Weights>& pair, int s, pcg32& rng, Sink&
     const auto edge = f * radiance == color<Real>(0) ? std::nullopt : between(pair.scene, x, y, across);
     if (!edge)
         return;
-    const mis::end_point<Real> light = light_end_point(pair.scene, y, -across);
+    const mis::end_point<Real> light = light_end_point(pair.weigh.roulette, pair.scene, y, -across, x);
     const mis::squared_distance distance2{squared_distance(x, y)};
-    const Real samples = pair.weigh.counts.next_event * light.next_event.value;
+    const Real density = light_end_point(pair.scene, y, -across).next_event.value,
+               samples = pair.weigh.counts.next_event * density * x.next_event_rate;
     const color<Real> value =
         x.throughput * f * radiance * edge->transmittance * (light.cos.value / (distance2.value * samples));
     const Real weight =
         pair.weigh.next_event(end_towards(pair.weigh, walk_kind::from_camera, x, across, *edge), light,
                               distance2, to_light(*edge, y), to_camera(*edge, x));
-    sink({{mis::technique_kind::next_event, s}, s + 1, pair.pixel, value, weight},
-         {pair.camera.data(), s, &y, 1});
+    sink({{mis::technique_kind::next_event, s}, s + 1, pair.pixel, value, weight}, {&x, s, &y, 1});
 }
 
-// The ends of a camera walk of s and a light walk of t vertices are joined.
+// The ends of a camera walk and of a light walk, x and y, are joined.
 template <class Real, class Weights, class Sink>
-void connection(const sample_pair<Real, Weights>& pair, int s, int t, Sink&& sink) {
-    const vertex<Real>& x = pair.camera[static_cast<std::size_t>(s - 1)];
-    const vertex<Real>& y = pair.light[static_cast<std::size_t>(t - 1)];
+void connection(const sample_pair<Real, Weights>& pair, const vertex<Real>& x, const vertex<Real>& y,
+                Sink&& sink) {
+    const int s = x.depth, t = y.depth;
     const vec3<Real> across = direction(x, y);
     const color<Real> f =
         scattered(x, across, walk_kind::from_camera) * scattered(y, -across, walk_kind::from_light);
@@ -100,17 +101,17 @@ void connection(const sample_pair<Real, Weights>& pair, int s, int t, Sink&& sin
         pair.weigh.connection(end_towards(pair.weigh, walk_kind::from_camera, x, across, *edge),
                               end_towards(pair.weigh, walk_kind::from_light, y, -across, reversed(*edge)),
                               distance2, to_light(*edge, y), to_camera(*edge, x));
-    sink({{mis::technique_kind::connection, s}, s + t, pair.pixel, value, weight},
-         {pair.camera.data(), s, pair.light.data(), t});
+    sink({{mis::technique_kind::connection, s}, s + t, pair.pixel, value, weight}, {&x, s, &y, t});
 }
 
-// The end of a light walk of t vertices is joined to a point of the lens; t = 1 is the technique `direct`.
+// The end of a light walk, y, is joined to a point of the lens; the light itself: the technique `direct`.
 template <class Real, class Weights, class Sink>
-void camera_connection(const sample_pair<Real, Weights>& pair, int t, pcg32& rng, Sink&& sink) {
+void camera_connection(const sample_pair<Real, Weights>& pair, const vertex<Real>& y, pcg32& rng,
+                       Sink&& sink) {
     const auto& [scene, weigh, width, own_pixel, longest, camera, light] = pair;
+    const int t = y.depth;
     vertex<Real> lens = sample_lens(scene.camera, rng);
     lens.medium = scene.medium;
-    const vertex<Real>& y = light[static_cast<std::size_t>(t - 1)];
     const vec3<Real> leaving = direction(lens, y);
     const int pixel = pixel_of(scene.camera, lens, leaving, width);
     if (pixel < 0)
@@ -120,7 +121,7 @@ void camera_connection(const sample_pair<Real, Weights>& pair, int t, pcg32& rng
     // The pixel's response W |cos| is the density of the direction times that of the lens point, which has
     // been sampled.
     const Real response = lens_end.direction.value / distance2.value;
-    const complete_path<Real> path{&lens, 1, light.data(), t};
+    const complete_path<Real> path{&lens, 1, &y, t};
     if (t == 1) {
         const mis::end_point<Real> light_end = light_end_point(scene, y, -leaving);
         color<Real> f = emitted(scene, y, -leaving);
@@ -155,46 +156,45 @@ void camera_connection(const sample_pair<Real, Weights>& pair, int t, pcg32& rng
 template <class Real, class Weights, class Sink>
 void connect_all(const sample_pair<Real, Weights>& pair, bool random, pcg32& rng, Sink&& sink) {
     const auto& counts = pair.weigh.counts;
-    const int s_end = static_cast<int>(pair.camera.size()) + 1;
-    const int t_end = static_cast<int>(pair.light.size()) + 1;
-    const auto joinable = [&](const walk<Real>& walk, int i) {
-        return can_join(walk[static_cast<std::size_t>(i - 1)]);
-    };
-
     const int light_samples = static_cast<int>(counts.next_event);
-    if (counts.light_hit > Real(0) && s_end > 2)
-        light_hit(pair, sink);
-    for (int s = 2; s < s_end; ++s) {
-        if (!joinable(pair.camera, s))
+    if (counts.light_hit > Real(0))
+        for (const auto& x : pair.camera)
+            if (is_light(x))
+                light_hit(pair, x, sink);
+    std::vector<const vertex<Real>*> candidates;
+    for (std::size_t i = 1; i < pair.light.size() && counts.connection > Real(0); ++i)
+        if (can_join(pair.light[i]))
+            candidates.push_back(&pair.light[i]);
+    for (std::size_t i = 1; i < pair.camera.size(); ++i) {
+        const vertex<Real>& x = pair.camera[i];
+        if (!can_join(x))
             continue;
-        for (int k = 0; k < light_samples && s + 1 <= pair.longest; ++k)
-            next_event(pair, s, rng, sink);
-        if (counts.connection <= Real(0))
-            continue;
-        int candidates[longest_path], count = 0;
-        for (int t = 2; t < t_end; ++t)
-            if (joinable(pair.light, t))
-                candidates[count++] = t;
-        if (random && count > 0) {
-            const int t = candidates[std::uniform_int_distribution<int>(0, count - 1)(rng)];
+        const int next_events = x.next_events < 0 ? light_samples : x.next_events;
+        for (int k = 0; k < next_events && x.depth + 1 <= pair.longest; ++k)
+            next_event(pair, x, rng, sink);
+        if (random && !candidates.empty()) {
+            const int count = static_cast<int>(candidates.size());
+            const auto& y =
+                *candidates[static_cast<std::size_t>(std::uniform_int_distribution<int>(0, count - 1)(rng))];
             const auto times_count = [&](contribution<Real> c, const complete_path<Real>& path) {
                 c.value *= static_cast<Real>(count);
                 sink(c, path);
             };
-            if (s + t <= pair.longest)
-                connection(pair, s, t, times_count);
+            if (x.depth + y.depth <= pair.longest)
+                connection(pair, x, y, times_count);
             continue;
         }
-        for (int k = 0; k < count; ++k)
-            if (s + candidates[k] <= pair.longest)
-                connection(pair, s, candidates[k], sink);
+        for (const auto* y : candidates)
+            if (x.depth + y->depth <= pair.longest)
+                connection(pair, x, *y, sink);
     }
     if (counts.direct > Real(0) && !pair.light.empty() &&
         light_of(pair.scene, pair.light[0]).kind != light_kind::point)
-        camera_connection(pair, 1, rng, sink);
-    for (int t = 2; t < t_end; ++t)
-        if (counts.camera_connection > Real(0) && t + 1 <= pair.longest && joinable(pair.light, t))
-            camera_connection(pair, t, rng, sink);
+        camera_connection(pair, pair.light[0], rng, sink);
+    for (std::size_t i = 1; i < pair.light.size(); ++i)
+        if (const auto& y = pair.light[i];
+            counts.camera_connection > Real(0) && y.depth + 1 <= pair.longest && can_join(y))
+            camera_connection(pair, y, rng, sink);
 }
 
 } // namespace bpt

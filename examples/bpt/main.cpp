@@ -7,7 +7,7 @@ using real = float;
 
 void render(const std::string& name, const bpt::options& o) {
     const bpt::scene<real> scene = bpt::make_scene<real>(name);
-    const bpt::renderer renderer(scene, bpt::settings_of(o, scene), mis::power_heuristic{o.beta});
+    bpt::renderer renderer(scene, bpt::settings_of(o, scene), mis::power_heuristic{o.beta});
     bpt::film film(o.size);
     while (film.passes < o.samples && !tools::interrupted) {
         bpt::add_pass(renderer, film);

@@ -20,7 +20,7 @@ template <class Real> struct photon {
     vec3<Real> position, towards_previous;
     color<Real> throughput; // of the walk, up to here, times adjoint_factor
     mis::subpath_state<Real> state;
-    Real survival;
+    Real survival;      // in densities: the rate of going on
     std::uint32_t walk; // its number, which is its pixel
     int vertices;       // of the walk, up to here
     int medium;         // through which it has come, or none
@@ -28,14 +28,15 @@ template <class Real> struct photon {
 };
 static_assert(sizeof(photon<float>) <= 64, "memory is what limits photon maps");
 
-template <class Real> photon<Real> photon_at(const vertex<Real>& x, std::uint32_t walk, int vertices) {
+template <class Real>
+photon<Real> photon_at(const vertex<Real>& x, std::uint32_t walk, const roulette<Real>& roulette = {}) {
     return {x.point.position,
             x.towards_previous,
             x.throughput * adjoint_factor(x),
             x.state,
-            x.material->survival,
+            x.material->survival * roulette.over_survival(walk_kind::from_light, x, x.towards_previous),
             walk,
-            vertices,
+            x.depth,
             x.medium,
             x.beam};
 }
@@ -43,11 +44,10 @@ template <class Real> photon<Real> photon_at(const vertex<Real>& x, std::uint32_
 // Those of a walk on surfaces, or in media.
 template <class Real>
 void add_photons(const walk<Real>& walk, std::size_t number, std::vector<photon<Real>>& photons,
-                 bool in_media = false) {
+                 bool in_media = false, const roulette<Real>& roulette = {}) {
     for (std::size_t k = 1; k < walk.size(); ++k)
         if (can_join(walk[k]) && is_in_medium(walk[k]) == in_media)
-            photons.push_back(
-                photon_at(walk[k], static_cast<std::uint32_t>(number), static_cast<int>(k) + 1));
+            photons.push_back(photon_at(walk[k], static_cast<std::uint32_t>(number), roulette));
 }
 
 // A k-d tree over the photons of one pass.
@@ -83,8 +83,10 @@ void for_each_near(const photon_map<Real>& map, const vec3<Real>& position, Real
 // are the camera vertex' BSDF's. But the survival in to_camera is the photon's: it is the light walk that
 // would have gone on from there.
 template <class Real>
-mis::pdf_to_light<Real> merge_density_to_light(const vertex<Real>& x, const vec3<Real>& towards_light) {
-    return mis::pdf_to_light{density(*x.material, x.point, x.towards_previous, towards_light)};
+mis::pdf_to_light<Real> merge_density_to_light(const vertex<Real>& x, const vec3<Real>& towards_light,
+                                               const roulette<Real>& roulette = {}) {
+    return mis::pdf_to_light{
+        walk_density(roulette, walk_kind::from_camera, x, x.towards_previous, towards_light)};
 }
 template <class Real>
 mis::pdf_to_camera<Real> merge_density_to_camera(const vertex<Real>& x, const vec3<Real>& towards_light,
@@ -94,10 +96,10 @@ mis::pdf_to_camera<Real> merge_density_to_camera(const vertex<Real>& x, const ve
     return mis::pdf_to_camera{density(light_side, x.point, towards_light, x.towards_previous)};
 }
 
-// The end of a camera walk of s vertices is merged with a photon.
+// The end of a camera walk, x, is merged with a photon.
 template <class Real, class Weights, class Sink>
-void merge(const sample_pair<Real, Weights>& pair, int s, const photon<Real>& photon, Sink&& sink) {
-    const vertex<Real>& x = pair.camera[static_cast<std::size_t>(s - 1)];
+void merge(const sample_pair<Real, Weights>& pair, const vertex<Real>& x, const photon<Real>& photon,
+           Sink&& sink) {
     const vec3<Real>& to_light = photon.towards_previous;
     const color<Real> f = evaluate(*x.material, x.point, x.towards_previous, to_light);
     if (f == color<Real>(0))
@@ -105,24 +107,23 @@ void merge(const sample_pair<Real, Weights>& pair, int s, const photon<Real>& ph
     const Real samples = pair.weigh.surface_samples(); // light walks times pi r^2: a density estimate
     const color<Real> value = x.throughput * f * photon.throughput / samples;
     const Real weight =
-        pair.weigh.merge(x.state, photon.state, merge_density_to_light(x, to_light),
+        pair.weigh.merge(x.state, photon.state, merge_density_to_light(x, to_light, pair.weigh.roulette),
                          merge_density_to_camera(x, to_light, photon.survival), pair.weigh.surface_factor);
-    const int t = photon.vertices - 1; // without the photon, which stands for x
-    sink({{mis::technique_kind::merge, s}, s + t, pair.pixel, value, weight},
-         {pair.camera.data(), s, nullptr, t, &photon});
+    const int s = x.depth, t = photon.vertices - 1; // without the photon, which stands for x
+    sink({{mis::technique_kind::merge, s}, s + t, pair.pixel, value, weight}, {&x, s, nullptr, t, &photon});
 }
 
 // All merges of a camera walk. The sink is that of connect_all.
 template <class Real, class Weights, class Sink>
 void merge_all(const sample_pair<Real, Weights>& pair, const photon_map<Real>& map, Real radius,
                Sink&& sink) {
-    for (int s = 2; s <= static_cast<int>(pair.camera.size()); ++s) {
-        const vertex<Real>& end = pair.camera[static_cast<std::size_t>(s - 1)];
+    for (std::size_t i = 1; i < pair.camera.size(); ++i) {
+        const vertex<Real>& end = pair.camera[i];
         if (!can_join(end) || is_in_medium(end))
             continue;
         for_each_near(map, end.point.position, radius, [&](const photon<Real>& photon) {
-            if (s + photon.vertices - 1 <= pair.longest)
-                merge(pair, s, photon, sink);
+            if (end.depth + photon.vertices - 1 <= pair.longest)
+                merge(pair, end, photon, sink);
         });
     }
 }

@@ -14,9 +14,11 @@ template <class Real> struct left_by_light {
     std::vector<photon<Real>> photons, in_media;
     std::vector<beam<Real>> beams;
 };
-template <class Real> void add_left(const walk<Real>& walk, std::size_t number, left_by_light<Real>& left) {
-    add_photons(walk, number, left.photons);
-    add_photons(walk, number, left.in_media, true);
+template <class Real>
+void add_left(const walk<Real>& walk, std::size_t number, const roulette<Real>& roulette,
+              left_by_light<Real>& left) {
+    add_photons(walk, number, left.photons, false, roulette);
+    add_photons(walk, number, left.in_media, true, roulette);
     for (beam<Real> b : walk.beams) {
         b.walk = static_cast<std::uint32_t>(number);
         left.beams.push_back(b);
@@ -33,7 +35,7 @@ template <class Renderer> auto trace_all_light_walks(const Renderer& renderer, i
         walk<Real> light;
         for (std::size_t pixel = first; pixel < first + width; ++pixel) {
             renderer.trace_light_walk(pass, pixel, light);
-            add_left(light, pixel, rows[static_cast<std::size_t>(row)]);
+            add_left(light, pixel, renderer.weigh.roulette, rows[static_cast<std::size_t>(row)]);
         }
     });
     return rows;
@@ -131,11 +133,10 @@ std::optional<std::pair<Real, Real>> across(const beam<Real>& a, const beam<Real
 // A camera walk's vertex, x_{s-1}, real or on a beam, merged with a light walk's. All sizes at this place are
 // in the weight; this family's is the number of samples.
 template <class Real, class Weights, class Sink>
-void merge_in_medium(const sample_pair<Real, Weights>& pair, mis::merge_family family,
-                     const vertex<Real>* camera, int s, const photon<Real>& photon, Sink&& sink) {
+void merge_in_medium(const sample_pair<Real, Weights>& pair, mis::merge_family family, const vertex<Real>& x,
+                     const photon<Real>& photon, Sink&& sink) {
     const auto& weigh = pair.weigh;
-    const vertex<Real>& x = camera[s - 1];
-    const int t = photon.vertices - 1;
+    const int s = x.depth, t = photon.vertices - 1;
     const vec3<Real>& across = photon.towards_previous;
     const auto here = sizes_at(weigh.media.sizes, walk_kind::from_camera, x, across, photon.beam);
     const Real samples = mis::size_of(here, family);
@@ -144,23 +145,22 @@ void merge_in_medium(const sample_pair<Real, Weights>& pair, mis::merge_family f
     const color<Real> f = evaluate(*x.material, x.point, x.towards_previous, across);
     const color<Real> value = x.throughput * f * photon.throughput / samples;
     const Real weight =
-        weigh.merge(x.state, photon.state, merge_density_to_light(x, across),
+        weigh.merge(x.state, photon.state, merge_density_to_light(x, across, weigh.roulette),
                     merge_density_to_camera(x, across, photon.survival), joined(weigh.heuristic, here)) *
         mis::family_share(weigh.heuristic, here, family);
     sink({{mis::technique_kind::merge, s}, s + t, pair.pixel, value, weight, family},
-         {camera, s, nullptr, t, &photon});
+         {&x, s, nullptr, t, &photon});
 }
 
 // The families at a camera walk's vertex.
 template <class Real, class Weights, class Sink>
-void merge_point(const sample_pair<Real, Weights>& pair, const media_map<Real>& map, int s, Sink&& sink,
-                 std::vector<std::uint32_t>& found) {
+void merge_point(const sample_pair<Real, Weights>& pair, const media_map<Real>& map, const vertex<Real>& x,
+                 Sink&& sink, std::vector<std::uint32_t>& found) {
     using family = mis::merge_family;
     const media_merges<Real>& merges = pair.weigh.media;
-    const vertex<Real>& x = pair.camera[static_cast<std::size_t>(s - 1)];
     if (merges.sizes.point_point > Real(0))
         for_each_near(map.points, x.point.position, merges.radii.point_point, [&](const auto& photon) {
-            merge_in_medium(pair, family::point_point, pair.camera.data(), s, photon, sink);
+            merge_in_medium(pair, family::point_point, x, photon, sink);
         });
     if (!(merges.sizes.beam_point > Real(0)))
         return;
@@ -169,8 +169,7 @@ void merge_point(const sample_pair<Real, Weights>& pair, const media_map<Real>& 
         const beam<Real>& b = map.beams[i];
         if (const auto at = beside(b, x.point.position, merges.radii.beam_point)) {
             const auto y = vertex_on(pair.weigh, pair.scene, walk_kind::from_light, b, *at);
-            merge_in_medium(pair, family::beam_point, pair.camera.data(), s, photon_at(y, b.walk, b.vertices),
-                            sink);
+            merge_in_medium(pair, family::beam_point, x, photon_at(y, b.walk, pair.weigh.roulette), sink);
         }
     }
 }
@@ -181,10 +180,13 @@ void merge_beam(const sample_pair<Real, Weights>& pair, const media_map<Real>& m
                 Sink&& sink, std::vector<std::uint32_t>& found) {
     using family = mis::merge_family;
     const media_merges<Real>& merges = pair.weigh.media;
-    const int s = beam.vertices;
     // The walk as it would be, had it stopped on the beam.
-    std::vector<vertex<Real>> camera(pair.camera.begin(), pair.camera.begin() + s - 1);
-    camera.emplace_back();
+    std::vector<vertex<Real>> camera(static_cast<std::size_t>(beam.vertices));
+    const vertex<Real>* from = &pair.camera[beam.place];
+    for (std::size_t i = camera.size() - 1; i-- > 0; from = i > 0 ? &previous(*from) : from) {
+        camera[i] = *from;
+        camera[i].back = 1;
+    }
     const auto search = [&](const box_tree& tree) {
         tree.find_along(glm::vec3(beam.leaving.origin), glm::vec3(beam.leaving.to),
                         static_cast<float>(beam.begin), static_cast<float>(beam.end), found);
@@ -198,7 +200,7 @@ void merge_beam(const sample_pair<Real, Weights>& pair, const media_map<Real>& m
             const photon<Real>& photon = map.points.photons[i];
             if (const auto at = beside(beam, photon.position, merges.radii.point_beam)) {
                 stop_at(*at);
-                merge_in_medium(pair, family::point_beam, camera.data(), s, photon, sink);
+                merge_in_medium(pair, family::point_beam, camera.back(), photon, sink);
             }
         }
     }
@@ -209,8 +211,8 @@ void merge_beam(const sample_pair<Real, Weights>& pair, const media_map<Real>& m
             if (const auto at = across(beam, b, merges.radii.beam_beam)) {
                 stop_at(at->first);
                 const auto y = vertex_on(pair.weigh, pair.scene, walk_kind::from_light, b, at->second);
-                merge_in_medium(pair, family::beam_beam, camera.data(), s, photon_at(y, b.walk, b.vertices),
-                                sink);
+                merge_in_medium(pair, family::beam_beam, camera.back(),
+                                photon_at(y, b.walk, pair.weigh.roulette), sink);
             }
         }
     }
@@ -220,9 +222,9 @@ void merge_beam(const sample_pair<Real, Weights>& pair, const media_map<Real>& m
 template <class Real, class Weights, class Sink>
 void merge_all_in_media(const sample_pair<Real, Weights>& pair, const media_map<Real>& map, Sink&& sink) {
     std::vector<std::uint32_t> found;
-    for (int s = 2; s <= static_cast<int>(pair.camera.size()); ++s)
-        if (is_in_medium(pair.camera[static_cast<std::size_t>(s - 1)]))
-            merge_point(pair, map, s, sink, found);
+    for (const auto& x : pair.camera)
+        if (is_in_medium(x))
+            merge_point(pair, map, x, sink, found);
     for (const auto& beam : pair.camera.beams)
         merge_beam(pair, map, beam, sink, found);
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "film.hpp"
+#include "learn.hpp"
 #include "merge_media.hpp"
 
 namespace bpt {
@@ -19,6 +20,8 @@ template <class Real> struct settings {
     bool merges_once = false;           // each camera walk ends where it can first be merged; weights are 1
     bool random_connection = false;
     media_merges<Real> media; // of the first pass
+    bpt::roulette<Real> roulette;
+    int learning_passes = 4; // before the first one, where rates are learned
 };
 
 // The renderer with all that stays the same from sample to sample. Heuristic: the library's or one's own.
@@ -29,21 +32,32 @@ template <class Real, class Heuristic = mis::balance_heuristic> struct renderer 
     const bpt::scene<Real>& scene;
     settings<Real> set;
     path_weights weigh;
-    double mean_light_vertices = 0; // of light walks, for random connections; 0: all connections
+    double mean_light_vertices = 0;              // of light walks, for random connections; 0: all connections
+    std::shared_ptr<bpt::learner<Real>> learner; // of rates, where they are learned
 
     renderer(const bpt::scene<Real>& s, const settings<Real>& settings, const Heuristic& heuristic = {})
         : scene(s), set(settings), weigh(heuristic, set.counts) {
+        weigh.roulette = set.roulette;
+        weigh.roulette.light_learns = !merges();
         if (set.random_connection)
             mean_light_vertices = measure_light_vertices();
         weigh = make_weights();
+        if (is_learned(set.roulette.mode)) {
+            learn_before_first_pass(*this);
+            if (set.random_connection) // which now have other lengths
+                mean_light_vertices = measure_light_vertices();
+            weigh = make_weights();
+        }
     }
 
     path_weights make_weights() const {
         const auto counts = set.random_connection
                                 ? mis::random_connection(set.counts, static_cast<Real>(mean_light_vertices))
                                 : set.counts;
-        return has_media(scene) ? path_weights(weigh.heuristic, counts, set.media)
-                                : path_weights(weigh.heuristic, counts);
+        path_weights made = has_media(scene) ? path_weights(weigh.heuristic, counts, set.media)
+                                             : path_weights(weigh.heuristic, counts);
+        made.roulette = weigh.roulette;
+        return made;
     }
 
     // The renderer of one pass: with the pass' radii, and with the weights that follow from them.
@@ -91,9 +105,10 @@ template <class Real, class Heuristic = mis::balance_heuristic> struct renderer 
     }
 
     // Makes all paths of one row of one pass: sink(contribution, complete path). With photons, the light
-    // walks are those that left them, traced anew.
+    // walks are those that left them, traced anew. With visits, these tell what the row's walks have done.
     template <class Sink>
-    void render_row(int pass, int row, Sink&& sink, const photon_map<Real>* photons = nullptr) const {
+    void render_row(int pass, int row, Sink&& sink, const photon_map<Real>* photons = nullptr,
+                    row_visits<Real>* visits = nullptr) const {
         sample_pair<Real, path_weights> pair{scene, weigh, set.width, 0, set.longest, {}, {}};
         const auto& counts = weigh.counts;
         const bool from_light = counts.connection + counts.camera_connection + counts.direct > Real(0);
@@ -102,8 +117,16 @@ template <class Real, class Heuristic = mis::balance_heuristic> struct renderer 
         const auto weighed = [&](contribution<Real> c, const complete_path<Real>& path) {
             if (set.merges_once) // no path is made in two ways
                 c.weight = 1;
+            if (visits)
+                visits->see(pair, c, path);
             sink(c, path);
         };
+        const auto& learned = weigh.roulette.learned;
+        if (visits) {
+            visits->known = learned.get();
+            visits->longest_camera_walk = longest_camera_walk();
+            visits->longest_light_walk = longest_light_walk();
+        }
         for (int column = 0; column < set.width; ++column) {
             pair.pixel = row * set.width + column;
             pcg32 rng = generator(static_cast<std::uint64_t>(pass), static_cast<std::uint64_t>(pair.pixel));
@@ -112,6 +135,7 @@ template <class Real, class Heuristic = mis::balance_heuristic> struct renderer 
             const Real to_film = 2 / static_cast<Real>(set.width);
             pair.camera.clear();
             pair.light.clear();
+            pair.camera.worth = learned ? learned->worth[static_cast<std::size_t>(pair.pixel)] : Real(1);
             pair.camera.leaves_beams = photons && photons->media && set.media.needs_camera_beams();
             if (from_camera)
                 walk_from_camera(scene, weigh, set.width, x * to_film - 1, 1 - y * to_film,
@@ -125,14 +149,15 @@ template <class Real, class Heuristic = mis::balance_heuristic> struct renderer 
                 merge_all(pair, *photons, set.merge_radius, weighed);
             if (photons && photons->media)
                 merge_all_in_media(pair, *photons->media, weighed);
+            if (visits)
+                visits->end(pair);
         }
     }
 };
 
-// One pass: row(renderer, photons, row number) is called for each row, in parallel.
+// One pass of a renderer as it is: row(renderer, photons, row number) is called for each row, in parallel.
 template <class Real, class Heuristic, class Row>
-void render_pass(const renderer<Real, Heuristic>& first, int pass, Row&& row) {
-    const renderer<Real, Heuristic> renderer = first.at_pass(pass);
+void render_rows(const renderer<Real, Heuristic>& renderer, int pass, Row&& row) {
     std::optional<photon_map<Real>> photons;
     if (renderer.merges()) {
         auto left = trace_all_light_walks(renderer, pass);
@@ -143,21 +168,74 @@ void render_pass(const renderer<Real, Heuristic>& first, int pass, Row&& row) {
     in_parallel(renderer.set.threads, renderer.set.width,
                 [&](int i) { row(renderer, photons ? &*photons : nullptr, i); });
 }
+// One pass, with its radii.
+template <class Real, class Heuristic, class Row>
+void render_pass(const renderer<Real, Heuristic>& first, int pass, Row&& row) {
+    render_rows(first.at_pass(pass), pass, row);
+}
+
+// What a pass has made, row by row.
+template <class Real> struct pass_rows {
+    std::vector<std::vector<contribution<Real>>> contributions;
+    std::vector<row_visits<Real>> visits;
+
+    explicit pass_rows(int width)
+        : contributions(static_cast<std::size_t>(width)), visits(contributions.size()) {}
+
+    // For render_rows() and render_pass(). Where somebody learns from it: from every so many-th row.
+    auto keep(int pass, bool learns, int step = 1) {
+        return [this, pass, learns, step](const auto& renderer, const photon_map<Real>* photons, int row) {
+            const auto i = static_cast<std::size_t>(row);
+            visits[i].keeps_visits = row % step == pass % step;
+            const auto add = [&](const contribution<Real>& c, const complete_path<Real>&) {
+                contributions[i].push_back(c);
+            };
+            renderer.render_row(pass, row, add, photons, learns ? &visits[i] : nullptr);
+        };
+    }
+    // f(pixel, weighted value), in the order of the rows.
+    template <class F> void for_each(F&& f) const {
+        for (const auto& row : contributions)
+            for (const auto& c : row)
+                f(static_cast<std::size_t>(c.pixel), glm::dvec3(c.value) * static_cast<double>(c.weight));
+    }
+};
+
+// Of passes of the image: every fourth row teaches enough, and takes a quarter of the time.
+constexpr int rows_to_learn_from = 4;
+
+// What one more pass teaches the renderer.
+template <class Real, class Heuristic>
+void learn(renderer<Real, Heuristic>& renderer, const pass_rows<Real>& rows) {
+    const auto width = static_cast<std::size_t>(renderer.set.width);
+    std::vector<double> image(width * width);
+    rows.for_each([&](std::size_t pixel, const glm::dvec3& value) { image[pixel] += brightness(value); });
+    renderer.weigh.roulette.learned = renderer.learner->add(rows.visits, image);
+}
+
+// Passes that are no part of the image, with random numbers of their own.
+template <class Real, class Heuristic> void learn_before_first_pass(renderer<Real, Heuristic>& renderer) {
+    const auto& set = renderer.set;
+    renderer.learner = std::make_shared<learner<Real>>(renderer.scene, renderer.weigh.roulette, set.width,
+                                                       set.counts.next_event);
+    renderer.weigh.roulette.tries_copies = true;
+    for (int k = 0; k < set.learning_passes; ++k) {
+        pass_rows<Real> rows(set.width);
+        render_rows(renderer, -2 - k, rows.keep(-2 - k, true));
+        learn(renderer, rows);
+    }
+    renderer.weigh.roulette.tries_copies = false;
+}
 
 // The next pass, added to the film: row by row, so that the image is the same for any number of threads.
-template <class Real, class Heuristic> void add_pass(const renderer<Real, Heuristic>& first, film& film) {
-    std::vector<std::vector<contribution<Real>>> rows(static_cast<std::size_t>(film.sum.width));
-    render_pass(first, film.passes, [&](const auto& renderer, const photon_map<Real>* photons, int row) {
-        const auto keep = [&](const contribution<Real>& c, const complete_path<Real>&) {
-            rows[static_cast<std::size_t>(row)].push_back(c);
-        };
-        renderer.render_row(film.passes, row, keep, photons);
-    });
-    for (const auto& row : rows)
-        for (const auto& c : row)
-            film.sum.pixels[static_cast<std::size_t>(c.pixel)] +=
-                glm::dvec3(c.value) * static_cast<double>(c.weight);
+// Rates that are learned are those of all passes before.
+template <class Real, class Heuristic> void add_pass(renderer<Real, Heuristic>& first, film& film) {
+    pass_rows<Real> rows(film.sum.width);
+    render_pass(first, film.passes, rows.keep(film.passes, first.learner != nullptr, rows_to_learn_from));
+    rows.for_each([&](std::size_t pixel, const glm::dvec3& value) { film.sum.pixels[pixel] += value; });
     ++film.passes;
+    if (first.learner)
+        learn(first, rows);
 }
 
 } // namespace bpt

@@ -348,6 +348,55 @@ void rooms(builder& b) {
     b.s.exposure = 0.4;
 }
 
+// Two white rooms, and between them a door that is nearly closed. A lamp in the far one lights its ceiling:
+// whatever is seen in the near one has come through the gap after two bounces and more.
+void door(builder& b) {
+    const int white = b.diffuse({0.85, 0.85, 0.83}), floor = b.diffuse({0.7, 0.6, 0.5}),
+              wood = b.diffuse({0.55, 0.4, 0.3}), blue = b.diffuse({0.3, 0.45, 0.7});
+    constexpr double half = 4, height = 2.6, depth = 5, hinge = 3, wide = 1, high = 2.1;
+    b.begin_cluster();
+    b.quad({-half, 0, 0}, {-half, 0, depth}, {half, 0, depth}, {half, 0, 0}, floor);
+    b.quad({-half, height, 0}, {-half, height, depth}, {half, height, depth}, {half, height, 0}, white);
+    b.quad({-half, 0, 0}, {half, 0, 0}, {half, height, 0}, {-half, height, 0}, white);
+    b.quad({-half, 0, depth}, {half, 0, depth}, {half, height, depth}, {-half, height, depth}, white);
+    for (const double x : {-half, half})
+        b.quad({x, 0, 0}, {x, 0, depth}, {x, height, depth}, {x, height, 0}, white);
+    // The wall between the rooms, around the doorway; and the door, open by a few degrees.
+    b.quad({0, 0, 0}, {0, 0, hinge}, {0, height, hinge}, {0, height, 0}, white);
+    b.quad({0, 0, hinge + wide}, {0, 0, depth}, {0, height, depth}, {0, height, hinge + wide}, white);
+    b.quad({0, high, hinge}, {0, high, hinge + wide}, {0, height, hinge + wide}, {0, height, hinge}, white);
+    constexpr double angle = 0.15;
+    const dvec3 leaf(-std::sin(angle) * wide, 0, std::cos(angle) * wide), at(0, 0, hinge), up(0, high, 0);
+    b.quad(at, at + leaf, at + leaf + up, at + up, wood);
+    block(b, {-2.4, 0, 3.2}, {-1.4, 0.8, 4.2}, blue);
+    block(b, {-0.9, 0, 1.2}, {-0.3, 1.2, 1.8}, white);
+    // The lamp closes the box that it stands on, so that nothing sees it from behind.
+    const dvec3 lamp(2.8, 1.8, 0.8), along_z(0, 0, 0.6), along_x(0.6, 0, 0), down(0, -1.8, 0);
+    b.area_light(lamp, lamp + along_z, lamp + along_x, {300, 270, 220}, 1, 1);
+    for (const dvec3& side : {along_x, along_z}) {
+        const dvec3 across = along_x + along_z - side;
+        for (const dvec3& from : {lamp, lamp + across})
+            b.quad(from, from + side, from + side + down, from + down, wood);
+    }
+    b.look({-3.7, 1.7, 0.4}, {-0.6, 0.9, 3.4}, 0.65);
+    b.s.center = {0, height / 2, depth / 2};
+    b.s.radius = 4.9;
+    b.s.exposure = 6;
+}
+
+// A small lamp and a small plate, nearly a mirror: all that is bright is seen in a few pixels.
+void glint(builder& b) {
+    const auto paint = cornell_walls(b);
+    b.quad({343, 548.8, 227}, {343, 548.8, 332}, {213, 548.8, 332}, {213, 548.8, 227},
+           paint.white); // no hole
+    constexpr double half = 12, as_much_as_the_published_light = 130 * 105 / (4 * half * half);
+    b.area_light({278 + half, 548, 280 - half}, {278 + half, 548, 280 + half}, {278 - half, 548, 280 - half},
+                 cornell_light * as_much_as_the_published_light, 1, 1);
+    tall_block(b, paint.white);
+    block(b, {150, 0, 120}, {230, 40, 200}, b.glossy(dvec3(0.05), dvec3(0.85), 400));
+    look_down(b);
+}
+
 // A coarse sphere of 80 triangles whose shading normals are those of the fine one: 15 degrees apart in
 // places.
 void smooth_ball(builder& b, const dvec3& center, double radius, int material) {
@@ -512,6 +561,8 @@ const std::map<std::string, void (*)(builder&)>& builders() {
                                                                {"glossy_floor", glossy_floor},
                                                                {"pool", pool},
                                                                {"rooms", rooms},
+                                                               {"door", door},
+                                                               {"glint", glint},
                                                                {"fog", fog},
                                                                {"liquid", liquid},
                                                                {"milk", milk},
@@ -571,7 +622,8 @@ const std::vector<std::string>& scene_names() {
 }
 
 const std::vector<std::string>& study_scene_names() {
-    static const std::vector<std::string> names{"caustic", "diffuse", "glossy_floor", "pool", "rooms"};
+    static const std::vector<std::string> names{"caustic", "diffuse", "glossy_floor", "pool",
+                                                "rooms",   "door",    "glint"};
     return names;
 }
 

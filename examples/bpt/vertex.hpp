@@ -17,9 +17,25 @@ template <class Real> struct vertex {
     vec3<Real> towards_previous{0}; // back along the walk
     int medium = -1;                // through which the walk has come, or none
     Real beam = 0;                  // in a medium: X of the segment that ends here, see mis::beam
+
+    // Walks that split are trees. Their vertices stand in the order in which they have been made.
+    int back = 1;  // so many places before this one is the previous vertex
+    int depth = 1; // the walk's vertices up to here
+    // What is played here, see roulette.hpp.
+    int cells[2] = {0, 0};              // of what has been learned, by each kind of walk
+    int copies = 0;                     // that leave
+    int next_events = -1;               // or -1: as many as there are everywhere
+    Real rate = 1, next_event_rate = 1; // of which these are the expectations
 };
 
+// The vertex before this one, which is not the walk's first, in the array that it stands in.
+template <class Real> const vertex<Real>& previous(const vertex<Real>& x) { return *(&x - x.back); }
+
 enum class walk_kind { from_camera, from_light };
+inline std::size_t number_of(walk_kind kind) { return kind == walk_kind::from_camera ? 0 : 1; }
+inline walk_kind other(walk_kind kind) {
+    return kind == walk_kind::from_camera ? walk_kind::from_light : walk_kind::from_camera;
+}
 
 template <class Real> bool is_infinite(const vertex<Real>& x) {
     return x.kind == mis::vertex_kind::infinite_light;

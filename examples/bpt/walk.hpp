@@ -30,21 +30,24 @@ template <class Real> Real radiance_scale(const dirac_lobe<Real>& lobe, walk_kin
     return kind == walk_kind::from_camera ? ratio * ratio : Real(1);
 }
 
-// Leaves a vertex in a sampled direction. Returns false where the walk ends.
-template <class Real>
-bool scatter(const scene<Real>& scene, const vertex<Real>& x, walk_kind kind, pcg32& rng,
-             departure<Real>& leaving) {
+// Leaves a vertex in a sampled direction, as one of the copies that go on from there. Returns false where it
+// ends.
+template <class Weights, class Real>
+bool scatter(const scene<Real>& scene, const Weights& weigh, const vertex<Real>& x, walk_kind kind,
+             pcg32& rng, departure<Real>& leaving) {
     const material<Real>& m = *x.material;
-    if (uniform<Real>(rng) >= m.survival)
-        return false;
+    const roulette<Real>& roulette = weigh.roulette;
+    const Real over_rate = m.survival / x.rate; // densities have the survival in them
     leaving.origin = x.point.position;
     leaving.medium = x.medium;
     if (is_dirac(m)) {
         const dirac_lobe<Real> lobe = sample_dirac(m, x.point, x.towards_previous, rng);
         leaving.to = lobe.to;
-        leaving.forward = leaving.reverse = lobe.probability;
+        leaving.forward = lobe.probability * roulette.over_survival(kind, x, x.towards_previous);
+        leaving.reverse = lobe.probability * roulette.over_survival(other(kind), x, lobe.to);
         leaving.eta_in = lobe.eta_from, leaving.eta_out = lobe.eta_to;
-        leaving.throughput = x.throughput * lobe.value * (radiance_scale(lobe, kind) / lobe.probability);
+        leaving.throughput =
+            x.throughput * lobe.value * (radiance_scale(lobe, kind) / lobe.probability) * over_rate;
         if (dot(x.point.normal, lobe.to) * dot(x.point.normal, x.towards_previous) < Real(0))
             leaving.medium = medium_towards(scene, x.point, lobe.to);
         return true;
@@ -53,30 +56,40 @@ bool scatter(const scene<Real>& scene, const vertex<Real>& x, walk_kind kind, pc
     const color<Real> f = scattered(x, leaving.to, kind);
     if (f == color<Real>(0))
         return false;
-    leaving.forward = density(m, x.point, x.towards_previous, leaving.to);
-    leaving.reverse = density(m, x.point, leaving.to, x.towards_previous);
-    leaving.throughput = x.throughput * f / leaving.forward;
+    leaving.forward = walk_density(roulette, kind, x, x.towards_previous, leaving.to);
+    leaving.reverse = walk_density(roulette, other(kind), x, leaving.to, x.towards_previous);
+    leaving.throughput = x.throughput * f / density(m, x.point, x.towards_previous, leaving.to) * over_rate;
     return true;
 }
 
-// Continues a walk that has left its end point until it leaves the scene, is absorbed, hits a light or has
-// reached its limits.
+// Continues a walk that has left the vertex at a place until it leaves the scene, is absorbed, hits a light
+// or has reached its limits: one copy after the other.
 template <class Real, class Weights>
 void continue_walk(const scene<Real>& scene, const Weights& weigh, walk_kind kind, walk<Real>& walk,
-                   departure<Real> leaving, walk_limits limits, pcg32& rng) {
-    const bool long_beams =
-        kind == walk_kind::from_camera ? weigh.media.long_camera_beams : weigh.media.long_light_beams;
-    while (static_cast<int>(walk.size()) < limits.vertices) {
-        flight<Real> flight;
-        std::optional<vertex<Real>> x = meet(scene, kind, long_beams, leaving, walk, rng, flight);
-        if (!x)
-            return;
-        arrive(weigh, kind, walk.back(), leaving, flight, *x);
-        walk.push_back(*x);
-        const bool stays = limits.ends_where_it_can_join && can_join(*x);
-        if (is_light(*x) || stays || !scatter(scene, *x, kind, rng, leaving))
-            return;
-    }
+                   std::size_t place, departure<Real> leaving, walk_limits limits, pcg32& rng) {
+    const bool camera = kind == walk_kind::from_camera;
+    const bool long_beams = camera ? weigh.media.long_camera_beams : weigh.media.long_light_beams;
+    flight<Real> flight;
+    std::optional<vertex<Real>> x;
+    if (walk[place].depth < limits.vertices)
+        x = meet(scene, kind, long_beams, place, leaving, walk, rng, flight);
+    if (!x)
+        return;
+    weigh.roulette.find_cells(*x);
+    x->depth = walk[place].depth + 1;
+    x->back = static_cast<int>(walk.size() - place);
+    if (!camera && place == 0 && weigh.roulette.has_next_event_rates())
+        walk[0].state = weigh.start_light(light_end_point(weigh.roulette, scene, walk[0], leaving.to, *x));
+    arrive(weigh, kind, walk[place], leaving, flight, *x);
+    const bool stays = limits.ends_where_it_can_join && can_join(*x);
+    if (camera && can_join(*x))
+        play_next_events(weigh.roulette, weigh.counts.next_event, walk, *x, rng);
+    const int copies = is_light(*x) || stays ? 0 : play(weigh.roulette, kind, walk, *x, rng);
+    const std::size_t here = walk.size();
+    walk.push_back(*x);
+    for (int k = 0; k < copies; ++k)
+        if (scatter(scene, weigh, *x, kind, rng, leaving))
+            continue_walk(scene, weigh, kind, walk, here, leaving, limits, rng);
 }
 
 // Starts at a random point of the lens, for a point of the film.
@@ -86,8 +99,8 @@ void walk_from_camera(const scene<Real>& scene, const Weights& weigh, int width,
     const vertex<Real> lens = sample_lens(scene.camera, rng);
     const vec3<Real> leaving = film_to_direction(scene.camera, lens, film_x, film_y);
     const mis::end_point<Real> end = camera_end_point(scene.camera, leaving, width);
-    start(walk, lens, weigh.start_camera(end), scene.medium);
-    continue_walk(scene, weigh, walk_kind::from_camera, walk,
+    start(weigh, walk, lens, weigh.start_camera(end), scene.medium);
+    continue_walk(scene, weigh, walk_kind::from_camera, walk, 0,
                   {lens.point.position, leaving, color<Real>(1), 0, 0, 1, 1, scene.medium}, limits, rng);
 }
 
@@ -101,9 +114,10 @@ void walk_from_light(const scene<Real>& scene, const Weights& weigh, int longest
     const ray<Real> ray = sample_emission(scene, x, rng);
     const mis::end_point<Real> end = light_end_point(scene, x, ray.direction);
     const Real density = end.position.value * end.direction.value;
-    start(walk, x, weigh.start_light(end), scene.medium);
+    start(weigh, walk, x, weigh.start_light(end), scene.medium);
     const color<Real> flux = emitted(scene, x, ray.direction) * (end.cos.value / density);
-    continue_walk(scene, weigh, walk_kind::from_light, walk,
+    walk.front().throughput = flux;
+    continue_walk(scene, weigh, walk_kind::from_light, walk, 0,
                   {ray.origin, ray.direction, flux, 0, 0, 1, 1, scene.medium}, {longest}, rng);
 }
 

@@ -11,6 +11,20 @@ using mis::name_of;
 
 template <class Real> nlohmann::ordered_json to_json(const vec3<Real>& v) { return {v.x, v.y, v.z}; }
 
+// Rates that are learned may be above 1, and are another number for each walk.
+template <class Real> void rates_to_json(const seen_path<Real>& path, int i, nlohmann::ordered_json& j) {
+    const Real survival = path[i].material->survival,
+               of_light_walk = start_of_edge(path, i).material->survival,
+               to_light = over_survival(path, walk_kind::from_camera, i),
+               to_camera = over_survival(path, walk_kind::from_light, i);
+    if (!is_learned(path.roulette.mode)) {
+        j["survival"] = survival * to_light;
+        return;
+    }
+    j["splits"] = survival * to_light;
+    j["splits_to_camera"] = of_light_walk * to_camera;
+}
+
 template <class Real>
 nlohmann::ordered_json to_json(const scene<Real>& scene, const seen_path<Real>& path, int i) {
     const vertex<Real>& x = path[i];
@@ -63,7 +77,7 @@ nlohmann::ordered_json to_json(const scene<Real>& scene, const seen_path<Real>& 
     if (r.dirac && is_light(x))
         j["dirac"] = true;
     if (x.material) {
-        j["survival"] = x.material->survival;
+        rates_to_json(path, i, j);
         j["material"] = is_in_medium(x) ? static_cast<std::ptrdiff_t>(scene.materials.size()) + x.medium
                                         : x.material - scene.materials.data();
     }
@@ -75,11 +89,11 @@ nlohmann::ordered_json to_json(const scene<Real>& scene, const seen_path<Real>& 
 }
 
 // The light walk's vertex of a merge: the edge to the light starts there.
-template <class Real> nlohmann::ordered_json photon_to_json(const vertex<Real>& x) {
+template <class Real> nlohmann::ordered_json photon_to_json(const vertex<Real>& x, Real survival) {
     nlohmann::ordered_json j{{"position", to_json(x.point.position)}};
     if (!is_in_medium(x))
         j["normal"] = to_json(x.point.normal);
-    j["survival"] = x.material->survival;
+    j["survival"] = survival;
     if (x.point.shading_normal != x.point.normal)
         j["shading_normal"] = to_json(x.point.shading_normal);
     return j;
@@ -132,7 +146,10 @@ std::string to_json_line(const renderer<Real>& r, const contribution<Real>& c, c
         j["vertices"].push_back(to_json(r.scene, path, i));
     if (path.photon)
         j["vertices"][static_cast<std::size_t>(c.technique.camera_vertices - 1)]["photon"] =
-            photon_to_json(*path.photon);
+            photon_to_json(*path.photon, is_learned(path.roulette.mode)
+                                             ? Real(1)
+                                             : path.photon->material->survival *
+                                                   over_survival(path, walk_kind::from_light, path.merged));
     return j.dump();
 }
 

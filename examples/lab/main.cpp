@@ -83,6 +83,8 @@ void check_options(const options& o, const lab::ranks& all) {
     refuse(mistakes_of(o).has(lab::mistake::subpath_caps) && o.max_camera_vertices == INT_MAX &&
                o.max_light_vertices == INT_MAX,
            "--mistake subpath_caps needs --max-camera-vertices or --max-light-vertices");
+    refuse(mistakes_of(o).any() && o.roulette != "albedo",
+           "--mistake is planted where walks end by --roulette albedo");
     refuse(o.optimal > 0 && o.random_connection, "--optimal wants all connections, not --random-connection");
     refuse(o.optimal > 0 && bpt::algorithms(1.0, 1.0).at(o.algorithm).is_progressive && o.radius_alpha < 1,
            "--optimal wants a radius that stays: --radius-alpha 1");
@@ -143,6 +145,8 @@ std::string settings_text(const options& o, const std::string& scene) {
     add("--beam-walks", o.media.beam_walks);
     add("--long-beams", o.media.long_beams);
     add("--scale", o.scale);
+    add("--roulette", o.roulette);
+    add("--learning-passes", o.learning_passes);
     add("--no-roulette", o.no_roulette);
     add("--no-checks", o.no_checks);
     add("--optimal", o.optimal);

@@ -35,6 +35,7 @@ template <class Real> struct seen_path {
     mis::family_sizes<Real> sizes[longest_path]; // of the merges at vertices in media
     mis::beams<Real> beams[longest_path];        // that end there
     std::vector<boundary<Real>> boundaries;      // from camera to light
+    bpt::roulette<Real> roulette;                // that the densities know
 
     const vertex<Real>& operator[](int i) const { return *vertices[i]; }
 };
@@ -47,21 +48,21 @@ void find_vertices(const scene<Real>& scene, const complete_path<Real>& path,
     const int n = path.size(), s = path.camera_vertices;
     seen.size = n;
     seen.camera_vertices = s;
-    const vertex<Real>* light = path.light;
+    for (int i = 0; i < (path.photon ? s : n); ++i)
+        seen.vertices[i] = &path[i];
     if (path.photon) {
-        light = light_walks[path.photon->walk].data();
-        if (!is_in_medium(path.camera[s - 1])) {
+        const vertex<Real>* const light =
+            light_walks[path.photon->walk].data(); // those that merge do not split
+        if (!is_in_medium(*path.camera)) {
             seen.photon = light[path.photon->vertices - 1];
         } else { // it may be any point of the walk's beam
             seen.photon = medium_vertex(scene, path.photon->medium, path.photon->position);
             seen.photon->towards_previous = path.photon->towards_previous;
         }
         seen.merged = s - 1;
+        for (int k = 0; k < path.light_vertices; ++k)
+            seen.vertices[n - 1 - k] = light + k;
     }
-    for (int i = 0; i < s; ++i)
-        seen.vertices[i] = path.camera + i;
-    for (int k = 0; k < path.light_vertices; ++k)
-        seen.vertices[n - 1 - k] = light + k;
 
     const auto set_edge = [&](int i, const vec3<Real>& to_light) { // between x_i and x_{i+1}
         seen.to_light[i] = to_light;
@@ -129,6 +130,13 @@ template <class Real> void add_boundaries(const scene<Real>& scene, seen_path<Re
         seen.boundaries[k].pass_from_light *= piece;
 }
 
+// The rate of a walk at x_i, over the survival that densities have in them already.
+template <class Real> Real over_survival(const seen_path<Real>& seen, walk_kind kind, int i) {
+    const bool camera = kind == walk_kind::from_camera;
+    return seen.roulette.over_survival(kind, camera ? seen[i] : start_of_edge(seen, i),
+                                       camera ? seen.to_camera[i] : seen.to_light[i]);
+}
+
 // Densities, cosines and distances of one vertex that scatters.
 template <class Real> void record_surface(seen_path<Real>& seen, int i) {
     const vertex<Real>& x = seen[i];
@@ -143,21 +151,27 @@ template <class Real> void record_surface(seen_path<Real>& seen, int i) {
         seen.eta_to_camera[i] = by_camera ? lobe.eta_from : lobe.eta_to;
         seen.eta_to_light[i] = by_camera ? lobe.eta_to : lobe.eta_from;
         record.pdf_to_camera =
-            mis::dirac_density(lobe.probability, seen.eta_to_camera[i], record.cos_to_camera);
-        record.pdf_to_light = mis::dirac_density(lobe.probability, seen.eta_to_light[i], record.cos_to_light);
+            mis::dirac_density(lobe.probability * over_survival(seen, walk_kind::from_light, i),
+                               seen.eta_to_camera[i], record.cos_to_camera);
+        record.pdf_to_light =
+            mis::dirac_density(lobe.probability * over_survival(seen, walk_kind::from_camera, i),
+                               seen.eta_to_light[i], record.cos_to_light);
         return;
     }
     material<Real> light_side = *x.material;
     if (i == seen.merged) // the light walk would go on from the photon
         light_side.survival = seen.photon->material->survival;
-    record.pdf_to_light = density(*x.material, x.point, to_camera, to_light);
-    record.pdf_to_camera = density(light_side, x.point, to_light, to_camera);
+    record.pdf_to_light =
+        density(*x.material, x.point, to_camera, to_light) * over_survival(seen, walk_kind::from_camera, i);
+    record.pdf_to_camera =
+        density(light_side, x.point, to_light, to_camera) * over_survival(seen, walk_kind::from_light, i);
 }
 
 template <class Real> void record_ends(const scene<Real>& scene, int width, seen_path<Real>& seen) {
     const int last = seen.size - 1;
     const auto camera = camera_end_point(scene.camera, seen.to_light[0], width);
-    const auto light = light_end_point(scene, seen[last], seen.to_camera[last]);
+    const auto light =
+        light_end_point(seen.roulette, scene, seen[last], seen.to_camera[last], seen[last - 1]);
     const auto record = [&](int i, const mis::end_point<Real>& end) {
         seen.records[i].dirac = !end.hittable;
         seen.records[i].pdf_position = end.position.value;
@@ -173,8 +187,10 @@ template <class Real> void record_ends(const scene<Real>& scene, int width, seen
 
 template <class Real>
 seen_path<Real> look_at(const scene<Real>& scene, int width, const complete_path<Real>& path,
-                        const std::vector<walk<Real>>& light_walks = {}) {
+                        const std::vector<walk<Real>>& light_walks = {},
+                        const bpt::roulette<Real>& roulette = {}) {
     seen_path<Real> seen;
+    seen.roulette = roulette;
     find_vertices(scene, path, light_walks, seen);
     const bool has_boundaries =
         std::any_of(scene.materials.begin(), scene.materials.end(),
@@ -206,7 +222,7 @@ seen_path<Real> look_at(const scene<Real>& scene, int width, const complete_path
 template <class Real>
 seen_path<Real> look_at(const renderer<Real>& r, const contribution<Real>& c, const complete_path<Real>& path,
                         const std::vector<walk<Real>>& light_walks = {}) {
-    seen_path<Real> seen = look_at(r.scene, r.set.width, path, light_walks);
+    seen_path<Real> seen = look_at(r.scene, r.set.width, path, light_walks, r.weigh.roulette);
     seen.family = c.family;
     for (int i = 1; i + 1 < seen.size; ++i) {
         auto& factor = seen.records[i].merge_factor;

@@ -103,8 +103,9 @@ Real scatter_density(const seen_path<Real>& path, const path_geometry<Real>& g, 
     material<Real> m = *x.material;
     if (i == path.merged && !camera)
         m.survival = path.photon->material->survival; // the light walk would go on from there
-    return camera ? density(m, x.point, g.to_camera[i].to, g.to_light[i].to)
-                  : density(m, x.point, g.to_light[i].to, g.to_camera[i].to);
+    const Real p = camera ? density(m, x.point, g.to_camera[i].to, g.to_light[i].to)
+                          : density(m, x.point, g.to_light[i].to, g.to_camera[i].to);
+    return p * over_survival(path, kind, i);
 }
 
 // What a walk multiplies at vertex i of the path.
@@ -118,7 +119,7 @@ color<Real> walk_factor(const seen_path<Real>& path, const path_geometry<Real>& 
           &to = camera ? g.to_light[i].to : g.to_camera[i].to;
     const bool reflects = dot(x.point.normal, from) * dot(x.point.normal, to) > Real(0);
     const dirac_lobe<Real> lobe = dirac_scatter(*x.material, x.point, from, reflects);
-    return lobe.value * (radiance_scale(lobe, kind) / lobe.probability);
+    return lobe.value * (radiance_scale(lobe, kind) / (lobe.probability * over_survival(path, kind, i)));
 }
 
 // What a walk's throughput is multiplied with along the edge between x_i and x_{i+1}: transmittance over the
@@ -176,7 +177,8 @@ void throughputs_of(const renderer<Real>& r, const seen_path<Real>& path, Real* 
 
     const path_geometry<Real> g = geometry_of(path);
     const auto lens = camera_end_point(r.scene.camera, g.to_light[0].to, r.set.width);
-    const auto light = light_end_point(r.scene, path[last], g.to_camera[last].to);
+    const auto light =
+        light_end_point(r.weigh.roulette, r.scene, path[last], g.to_camera[last].to, path[last - 1]);
     const color<Real> radiance = emitted(r.scene, path[last], g.to_camera[last].to);
     const Real cos_light = light.cos.value;
     const Real response = lens.direction.value; // W |cos| over the density of the lens point
