@@ -792,6 +792,29 @@ TEST_CASE("Edge cases of media") {
           asserted([] { return mis::beam(-1.f); }),
           {"a distance: ∞", [] { return mis::beam(subnormal) == infinity; }},
           none()},
+         {"mis::at_vertex(sizes, beams, sin_angle)",
+          {"0, also times ∞",
+           [=] {
+               const sizes off = mis::at_vertex(sizes{}, {infinity, infinity}, 1);
+               const sizes aligned = mis::at_vertex(sizes{1, 1, 1, 1}, {infinity, infinity}, 0);
+               return off.point_point == 0 && off.point_beam == 0 && off.beam_point == 0 &&
+                      off.beam_beam == 0 && aligned.beam_beam == 0 &&
+                      mis::at_vertex(sizes{0, infinity, 0, 0}, {0, 1}, 1).point_beam == 0;
+           }},
+          {"∞",
+           [=] {
+               const sizes all = mis::at_vertex(sizes{infinity, infinity, infinity, infinity}, {1, 1}, 1);
+               return all.point_point == infinity && all.point_beam == infinity &&
+                      all.beam_point == infinity && all.beam_beam == infinity &&
+                      mis::at_vertex(sizes{1, 1, 1, 1}, {infinity, 1}, 1).point_beam == infinity;
+           }},
+          {"unspecified", [] { return true; }},
+          {"unspecified", [] { return true; }},
+          {"as any other",
+           [=] {
+               return mis::at_vertex(sizes{0, subnormal, 0, 0}, {1, 1}, 1).point_beam == subnormal;
+           }},
+          none()},
          {"mis::joined(heuristic, sizes)",
           {"counts for nothing; 0 where all are",
            [=] {
