@@ -596,13 +596,13 @@ inline planted insert_boundaries(weight_terms& terms, const path_record& r, std:
     }
     sites.push_back({is_given(x.distance2_to_light) ? std::sqrt(x.distance2_to_light) : not_given,
                      log_of(y.cos_to_camera), log_of(y.pdf_distance_from_camera), 0});
-    const site &near = sites.front(), &far = sites.back();
-    if (!is_given(far.distance) || log_density::is_missing(near.cosine) ||
-        log_density::is_missing(far.cosine))
+    const site &nearest = sites.front(), &farthest = sites.back();
+    if (!is_given(farthest.distance) || log_density::is_missing(nearest.cosine) ||
+        log_density::is_missing(farthest.cosine))
         return planted::unknown;
     const auto inverse = [](double q) { return log_density::is_zero(q) ? log_density::infinite : -q; };
     const auto to_area = [&](const site& a, const site& b) { // 1 / d^2 of a piece; of one to infinity, 1
-        const bool is_infinite = &b == &far && y.kind == vertex_kind::infinite_light;
+        const bool is_infinite = &b == &farthest && y.kind == vertex_kind::infinite_light;
         return is_infinite ? 0.0 : 2 * log_of_inverse(b.distance - a.distance);
     };
 
@@ -616,10 +616,11 @@ inline planted insert_boundaries(weight_terms& terms, const path_record& r, std:
         terms.media.insert(terms.media.begin() + at, several, weight_terms::medium_place{});
 
     // What the densities of the whole edge have beside the conversion of its distance and cosine.
-    const double whole = 2 * log_of(far.distance);
-    const double to_light = from_camera(terms, i + count + 1) + inverse(far.cosine) +
-                            inverse(far.from_camera) + whole,
-                 to_camera = from_light(terms, i) + inverse(near.cosine) + inverse(near.from_light) + whole;
+    const double whole = 2 * log_of(farthest.distance);
+    const double to_light = from_camera(terms, i + count + 1) + inverse(farthest.cosine) +
+                            inverse(farthest.from_camera) + whole,
+                 to_camera =
+                     from_light(terms, i) + inverse(nearest.cosine) + inverse(nearest.from_light) + whole;
     for (int k = 0; k <= count; ++k) {
         const site &a = sites[static_cast<std::size_t>(k)], &b = sites[static_cast<std::size_t>(k) + 1];
         from_camera(terms, i + k + 1) =
