@@ -1,4 +1,4 @@
-// Opens every page of the site from its file, in light and dark, wide and narrow, as a reader's browser would:
+// Opens every page of the site from its file, wide and narrow, some in the dark, as a reader's browser would:
 //     node check.mjs SITE [FOLDER]
 // Fails where a page asks for anything outside its folder, logs an error, has a link that leads nowhere, is wider
 // than the window, or where axe finds a serious error of accessibility; and where search, formulas or enlarging do
@@ -32,26 +32,35 @@ const browser = await chromium.launch({
     args: ["--no-sandbox", "--allow-file-access-from-files"],
 });
 
-async function open(name, colorScheme, width) {
+// A window, and the page that it shows.
+async function window_of(colorScheme, width) {
     const page = await browser.newPage({ colorScheme, viewport: { width, height: 900 } });
-    const place = `${name} (${colorScheme}, ${width})`;
-    page.on("pageerror", (error) => fail(place, error.message));
-    page.on("console", (message) => message.type() === "error" && fail(place, message.text()));
-    page.on("requestfailed", (request) => fail(place, `not found: ${request.url()}`));
+    const view = { page, scheme: colorScheme, width, place: "" };
+    page.on("pageerror", (error) => fail(view.place, error.message));
+    page.on("console", (message) => message.type() === "error" && fail(view.place, message.text()));
+    page.on("requestfailed", (request) => fail(view.place, `not found: ${request.url()}`));
     page.on("request", (request) => {
         if (!request.url().startsWith(pathToFileURL(site).href) && !/^(data|blob):/.test(request.url()))
-            fail(place, `asks for ${request.url()}`);
+            fail(view.place, `asks for ${request.url()}`);
     });
-    await page.goto(url(name), { waitUntil: "load" });
-    return { page, place };
+    return view;
+}
+async function open(view, name) {
+    view.place = `${name} (${view.scheme}, ${view.width})`;
+    await view.page.goto(url(name), { waitUntil: "load" });
 }
 
 const ids = new Map(); // of each page, those that links may lead to
 const links = []; // [from, page, id]
 let slowest = { ms: 0 };
-async function look_at(name) {
-    for (const [scheme, width] of [["light", 1280], ["dark", 1280], ["light", 390]]) {
-        const { page, place } = await open(name, scheme, width);
+// Dark colours are the theme's and the code's, the same on all pages: a few show them all.
+const dark_pages = ["index.html", "performance.html", "recursion.html", "search.html", "reference/heuristic.html"];
+
+async function look_at(views, name) {
+    for (const view of views) {
+        if (view.scheme === "dark" && !dark_pages.includes(name)) continue;
+        await open(view, name);
+        const { page, scheme, width, place } = view;
         const ms = await page.evaluate(() => performance.getEntriesByType("navigation")[0].loadEventEnd);
         if (ms > slowest.ms) slowest = { ms, name };
         const overflow = await page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth);
@@ -62,7 +71,7 @@ async function look_at(name) {
             fail(place, `axe: ${v.id}: ${v.help}: ${v.nodes.length} times, first ${v.nodes[0].html.slice(0, 150)}`);
         if (shots && width > 1000) {
             const file = name.replaceAll("/", "_").replace(".html", `-${scheme}-${width}.png`);
-            await page.screenshot({ path: path.join(shots, file), fullPage: scheme === "light" });
+            await page.screenshot({ path: path.join(shots, file) });
         }
         if (scheme === "light" && width === 1280) {
             ids.set(name, new Set(await page.$$eval("[id]", (all) => all.map((e) => e.id))));
@@ -73,13 +82,13 @@ async function look_at(name) {
                 links.push([name, path.relative(site, file), decodeURIComponent(target.hash.slice(1))]);
             }
         }
-        await page.close();
     }
 }
 // Two at a time.
 const left = pages.values();
 await Promise.all([left, left].map(async (mine) => {
-    for (const name of mine) await look_at(name);
+    const views = [await window_of("light", 1280), await window_of("light", 390), await window_of("dark", 1280)];
+    for (const name of mine) await look_at(views, name);
 }));
 for (const [from, to, id] of links) {
     if (!ids.has(to)) {
@@ -90,26 +99,22 @@ for (const [from, to, id] of links) {
 }
 
 // What a reader does.
-{
-    const { page, place } = await open("index.html", "light", 1280);
-    await page.fill("input[name=q]", "roulette");
-    await page.press("input[name=q]", "Enter");
-    await page.waitForSelector("#search-results li", { timeout: 10000 }).catch(() => fail(place, "search finds nothing"));
-    await page.goto(url("index.html"));
-    const picture = page.locator("button.enlarges").first();
-    const small = await picture.locator("img").boundingBox();
-    await picture.click();
-    const large = await page.locator("dialog.enlarged img").boundingBox();
-    if (!large || large.width <= small.width) fail(place, "a picture does not enlarge");
-    await page.keyboard.press("Escape");
-    if (await page.locator("dialog.enlarged").isVisible()) fail(place, "an enlarged picture stays");
-    await page.close();
-}
-{
-    const { page, place } = await open("recursion.html", "light", 1280);
-    if ((await page.locator(".katex").count()) === 0) fail(place, "no formula is rendered");
-    await page.close();
-}
+const reader = await window_of("light", 1280);
+const { page } = reader;
+await open(reader, "index.html");
+await page.fill("input[name=q]", "roulette");
+await page.press("input[name=q]", "Enter");
+await page.waitForSelector("#search-results li", { timeout: 10000 }).catch(() => fail("search", "finds nothing"));
+await open(reader, "index.html");
+const picture = page.locator("button.enlarges").first();
+const small = await picture.locator("img").boundingBox();
+await picture.click();
+const large = await page.locator("dialog.enlarged img").boundingBox();
+if (!large || large.width <= small.width) fail(reader.place, "a picture does not enlarge");
+await page.keyboard.press("Escape");
+if (await page.locator("dialog.enlarged").isVisible()) fail(reader.place, "an enlarged picture stays");
+await open(reader, "recursion.html");
+if ((await page.locator(".katex").count()) === 0) fail(reader.place, "no formula is rendered");
 await browser.close();
 if (pages.length < 10) fail(site, `has ${pages.length} pages only`);
 console.log(`${pages.length} pages, ${links.length} links; slowest: ${slowest.name}, ${Math.round(slowest.ms)} ms`);
