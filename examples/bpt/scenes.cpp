@@ -268,15 +268,19 @@ void look_down(builder& b) {
     b.s.exposure = 4;
 }
 
+// A square light under the ceiling, as bright as the published one in all, in place of the hole.
+void small_light(builder& b, int ceiling, double half) {
+    b.quad({343, 548.8, 227}, {343, 548.8, 332}, {213, 548.8, 332}, {213, 548.8, 227}, ceiling);
+    const double as_much_as_the_published_light = 130 * 105 / (4 * half * half);
+    b.area_light({278 + half, 548, 280 - half}, {278 + half, 548, 280 + half}, {278 - half, 548, 280 - half},
+                 cornell_light * as_much_as_the_published_light, 1, 1);
+}
+
 // A small light, a block of glass and a glossy one: light that the glass has gathered is seen through the
 // glass. After [H] figure 13.
 void caustic(builder& b) {
     const auto paint = cornell_walls(b);
-    b.quad({343, 548.8, 227}, {343, 548.8, 332}, {213, 548.8, 332}, {213, 548.8, 227},
-           paint.white); // no hole
-    constexpr double half = 20, as_much_as_the_published_light = 130 * 105 / (4 * half * half);
-    b.area_light({278 + half, 548, 280 - half}, {278 + half, 548, 280 + half}, {278 - half, 548, 280 - half},
-                 cornell_light * as_much_as_the_published_light, 1, 1);
+    small_light(b, paint.white, 20);
     tall_block(b, b.glossy(dvec3(0.05), dvec3(0.75, 0.7, 0.6), 1000));
     block(b, {80, 0, 60}, {250, 165, 230}, b.glass(1.5));
     look_down(b);
@@ -387,11 +391,7 @@ void door(builder& b) {
 // A small lamp and a small plate, nearly a mirror: all that is bright is seen in a few pixels.
 void glint(builder& b) {
     const auto paint = cornell_walls(b);
-    b.quad({343, 548.8, 227}, {343, 548.8, 332}, {213, 548.8, 332}, {213, 548.8, 227},
-           paint.white); // no hole
-    constexpr double half = 12, as_much_as_the_published_light = 130 * 105 / (4 * half * half);
-    b.area_light({278 + half, 548, 280 - half}, {278 + half, 548, 280 + half}, {278 - half, 548, 280 - half},
-                 cornell_light * as_much_as_the_published_light, 1, 1);
+    small_light(b, paint.white, 12);
     tall_block(b, paint.white);
     block(b, {150, 0, 120}, {230, 40, 200}, b.glossy(dvec3(0.05), dvec3(0.85), 400));
     look_down(b);
