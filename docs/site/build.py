@@ -27,20 +27,6 @@ menu = {
         "direct_lighting", "heuristics", "optimal", "allocation", "sequences", "bias"],
     "How it works": ["recursion", "performance", "many_machines"],
 }
-# Headers on the floors where a reader of the reference meets them.
-floors = {
-    "0 to 3: the core": ["mis"],
-    "0: packets, versions": ["packet", "version"],
-    "1: heuristics, densities": ["heuristic", "batch", "measure"],
-    "2: techniques and what weights are made of": [
-        "techniques", "throughput", "bias", "media", "roulette", "sequence"],
-    "3: weights of paths": ["path", "subpath"],
-    "4: allocation, optimal weights": [
-        "allocation", "optimal", "optimal/estimator", "optimal/solve", "optimal/film", "optimal/allocation"],
-    "5: verification": [
-        "verify", "verify/weights", "verify/sampling", "verify/invariance", "verify/record", "verify/shadow_walk",
-        "verify/dump", "verify/subpaths", "verify/mistakes", "verify/diagnosis"],
-}
 not_public = ["config"]
 
 
@@ -88,23 +74,24 @@ def stage(source):
     listed = [name for names in menu.values() for name in names]
     if sorted(listed) != sorted(pages):
         fail(f"the menu and docs/ differ in {sorted(set(listed) ^ set(pages))}")
-    for name, page in pages.items():
-        text = page.read_text()
-        (source / f"{name}.md").write_text(text.replace("](../README.md", "](index.md"))
+    for page in pages.values():
+        shutil.copy(page, source)
 
     headers = {str(h.relative_to(root / "include" / "mis").with_suffix("")): h
                for h in (root / "include" / "mis").rglob("*.hpp")}
-    listed = [name for names in floors.values() for name in names] + not_public
-    if sorted(listed) != sorted(headers):
-        fail(f"the floors and include/mis differ in {sorted(set(listed) ^ set(headers))}")
-    for name in listed:
-        if name not in not_public:
-            (source / f"{reference_name(name)}.md").write_text(
-                reference.page(f"mis/{name}.hpp", headers[name].read_text()))
+    headers = {name: header.read_text() for name, header in headers.items() if name not in not_public}
+    floors = {"Floors 0 to 3": ["mis"]}
+    for name in sorted(headers, key=lambda name: (reference.floor(headers[name]) or "", name)):
+        floor = reference.floor(headers[name])
+        if floor:
+            floors.setdefault(floor, []).append(name)
+        elif name != "mis":
+            fail(f"mis/{name}.hpp does not say on which floor it stands")
+        (source / f"{reference_name(name)}.md").write_text(reference.page(f"mis/{name}.hpp", headers[name]))
 
     index = (root / "README.md").read_text()
     index = index.replace("](docs/", "](")
-    linked = lambda m: f"[`{m[1]}.hpp`]({reference_name(m[1])}.md)" if m[1] in listed else m[0]
+    linked = lambda m: f"[`{m[1]}.hpp`]({reference_name(m[1])}.md)" if m[1] in headers else m[0]
     index = re.sub(r"`([a-z_/]+)\.hpp`", linked, index)
     for caption, names in menu.items():
         index += toctree(caption, names)
@@ -113,9 +100,9 @@ def stage(source):
 
     overview = ["# Reference", "", "Each header includes only what is on its floor or below.", ""]
     for floor, names in floors.items():
-        overview += [f"## Floor {floor}", ""]
+        overview += [f"## {floor}", ""]
         for name in names:
-            first = reference.summary(headers[name].read_text())
+            first = reference.summary(headers[name])
             overview.append(f"- [`mis/{name}.hpp`]({name.replace('/', '_')}.md): {first}")
         overview.append("")
     all_pages = [name.replace("/", "_") for names in floors.values() for name in names]

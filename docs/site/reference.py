@@ -176,6 +176,12 @@ def page(name, text):
     return "\n".join(out) + "\n"
 
 
+def floor(text):
+    """"Floor N", as the header says in its second line, or None."""
+    match = re.search(r"^// (Floor \d)", text, re.M)
+    return match[1] if match else None
+
+
 def summary(text):
     """What a header says of itself, in its first sentence without the floor."""
     about = []
