@@ -368,7 +368,7 @@ rendered render_scene(const std::string& name, const options& o, bool write_imag
     });
     std::optional<optimal_image> optimal;
     if (o.optimal > 0)
-        optimal.emplace(o, lab::in_double(settings.counts), static_cast<double>(settings.merge_radius), all);
+        optimal.emplace(o, mis::in_double(settings.counts), static_cast<double>(settings.merge_radius), all);
     lab::technique_film film(o.size);
     lab::comparison comparison(o.size);
     std::vector<lab::weight_checks> checks(1); // rank 0's

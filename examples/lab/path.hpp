@@ -4,6 +4,7 @@
 
 #include "any_heuristic.hpp"
 #include <bpt/render.hpp>
+#include <mis/verify/record.hpp>
 
 namespace lab {
 
@@ -269,12 +270,6 @@ template <class Real> mis::measured_vertex<double> in_double(const mis::measured
 template <class Real> void records_of(const seen_path<Real>& path, mis::measured_vertex<double>* out) {
     for (int i = 0; i < path.size; ++i)
         out[i] = in_double(path.records[i]);
-}
-
-inline mis::technique_counts<double> in_double(const mis::technique_counts<double>& c) { return c; }
-inline mis::technique_counts<double> in_double(const mis::technique_counts<float>& c) {
-    return {c.light_hit,  c.next_event, c.connection,          c.camera_connection, c.direct,
-            c.camera_hit, c.merge,      c.max_camera_vertices, c.max_light_vertices};
 }
 
 } // namespace lab

@@ -805,7 +805,7 @@ inline planted share_among_counted(weight_terms& terms, const path_record& r) {
 // replaces densities, then what exists, counts, and the heuristic. What goes by the record's vertices comes
 // before boundary_vertex, which adds some.
 //
-// Each was found in published renderers; [J] 4 gives the rule behind most of them: what multiplies the
+// Most were found in published renderers; [J] 4 gives the rule behind most of them: what multiplies the
 // sampled throughput must divide the density.
 inline constexpr mistake mistakes[] = {
     {"roulette_omitted", "Survival probabilities are left out of the densities.",

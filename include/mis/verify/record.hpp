@@ -130,6 +130,21 @@ inline constexpr std::array<recorded_number, 26> recorded_numbers{
      {"pass_from_camera", &recorded_vertex::pass_from_camera},
      {"pass_from_light", &recorded_vertex::pass_from_light}}};
 
+// Numbers of samples in double, as they are.
+template <class T> technique_counts<double> in_double(const technique_counts<T>& counts) {
+    technique_counts<double> c;
+    c.light_hit = static_cast<double>(counts.light_hit);
+    c.next_event = static_cast<double>(counts.next_event);
+    c.connection = static_cast<double>(counts.connection);
+    c.camera_connection = static_cast<double>(counts.camera_connection);
+    c.direct = static_cast<double>(counts.direct);
+    c.camera_hit = static_cast<double>(counts.camera_hit);
+    c.merge = static_cast<double>(counts.merge);
+    c.max_camera_vertices = counts.max_camera_vertices;
+    c.max_light_vertices = counts.max_light_vertices;
+    return c;
+}
+
 // A family of merges in media: how many light walks leave its points or beams, and the radius. Kernels are
 // constant over spheres, disks and intervals of this radius.
 struct recorded_family {
@@ -199,15 +214,7 @@ path_record record_of(const technique_counts<T>& counts, const Vertex* path, int
     path_record r;
     r.technique = t;
     r.weight = weight;
-    r.counts.light_hit = static_cast<double>(counts.light_hit);
-    r.counts.next_event = static_cast<double>(counts.next_event);
-    r.counts.connection = static_cast<double>(counts.connection);
-    r.counts.camera_connection = static_cast<double>(counts.camera_connection);
-    r.counts.direct = static_cast<double>(counts.direct);
-    r.counts.camera_hit = static_cast<double>(counts.camera_hit);
-    r.counts.merge = static_cast<double>(counts.merge);
-    r.counts.max_camera_vertices = counts.max_camera_vertices;
-    r.counts.max_light_vertices = counts.max_light_vertices;
+    r.counts = in_double(counts);
     r.radius = radius;
     if (is_given(radius))
         r.counts.merge /= merge_area(radius);
