@@ -83,25 +83,26 @@ void next_event(const sample_pair<Real, Weights>& pair, int s, pcg32& rng, Sink&
          {pair.camera.data(), s, &y, 1});
 }
 
-// The ends of a camera walk of s and a light walk of t vertices are joined.
+// The ends of a camera walk of s and a light walk of t vertices are joined; of any light walk, not only the
+// pair's.
 template <class Real, class Weights, class Sink>
-void connection(const sample_pair<Real, Weights>& pair, int s, int t, Sink&& sink) {
+void connection(const sample_pair<Real, Weights>& pair, int s, const walk<Real>& light, int t, Sink&& sink) {
     const vertex<Real>& x = pair.camera[static_cast<std::size_t>(s - 1)];
-    const vertex<Real>& y = pair.light[static_cast<std::size_t>(t - 1)];
+    const vertex<Real>& y = light[static_cast<std::size_t>(t - 1)];
     const vec3<Real> across = direction(x, y);
     const color<Real> f =
         scattered(x, across, walk_kind::from_camera) * scattered(y, -across, walk_kind::from_light);
     const auto edge = f == color<Real>(0) ? std::nullopt : between(pair.scene, x, y, across);
     if (!edge)
         return;
-    const mis::squared_distance distance2{squared_distance(x, y)};
-    const color<Real> value = x.throughput * f * y.throughput * edge->transmittance / distance2.value;
+    const color<Real> value = x.throughput * f * y.throughput * edge->transmittance / squared_distance(x, y);
+    const mis::squared_distance distance2 = edge_between(pair.weigh, x, y);
     const Real weight =
         pair.weigh.connection(end_towards(pair.weigh, walk_kind::from_camera, x, across, *edge),
                               end_towards(pair.weigh, walk_kind::from_light, y, -across, reversed(*edge)),
                               distance2, to_light(*edge, y), to_camera(*edge, x));
     sink({{mis::technique_kind::connection, s}, s + t, pair.pixel, value, weight},
-         {pair.camera.data(), s, pair.light.data(), t});
+         {pair.camera.data(), s, light.data(), t});
 }
 
 // The end of a light walk of t vertices is joined to a point of the lens; t = 1 is the technique `direct`.
@@ -149,11 +150,34 @@ void camera_connection(const sample_pair<Real, Weights>& pair, int t, pcg32& rng
         path);
 }
 
-// All techniques that are switched on, on all vertices: sink(contribution, complete path). With `random`,
-// each camera vertex is joined to one light vertex picked from the walk instead of to all; the weight then
-// counts on their mean number (mis::random_connection).
+// All connections of the camera walk's end of s vertices to its own light walk. With `random`, it is joined
+// to one light vertex picked from the walk instead of to all; the weight then counts on their mean number
+// (mis::random_connection).
 template <class Real, class Weights, class Sink>
-void connect_all(const sample_pair<Real, Weights>& pair, bool random, pcg32& rng, Sink&& sink) {
+void connect_to_own(const sample_pair<Real, Weights>& pair, int s, bool random, pcg32& rng, Sink&& sink) {
+    int candidates[longest_path], count = 0;
+    for (int t = 2; t < static_cast<int>(pair.light.size()) + 1; ++t)
+        if (can_join(pair.light[static_cast<std::size_t>(t - 1)]))
+            candidates[count++] = t;
+    if (random && count > 0) {
+        const int t = candidates[std::uniform_int_distribution<int>(0, count - 1)(rng)];
+        const auto times_count = [&](contribution<Real> c, const complete_path<Real>& path) {
+            c.value *= static_cast<Real>(count);
+            sink(c, path);
+        };
+        if (s + t <= pair.longest)
+            connection(pair, s, pair.light, t, times_count);
+        return;
+    }
+    for (int k = 0; k < count; ++k)
+        if (s + candidates[k] <= pair.longest)
+            connection(pair, s, pair.light, candidates[k], sink);
+}
+
+// All techniques that are switched on, on all vertices: sink(contribution, complete path). connections(s)
+// makes those of the camera walk's end of s vertices.
+template <class Real, class Weights, class Sink, class Connections>
+void connect_all(const sample_pair<Real, Weights>& pair, pcg32& rng, Sink&& sink, Connections&& connections) {
     const auto& counts = pair.weigh.counts;
     const int s_end = static_cast<int>(pair.camera.size()) + 1;
     const int t_end = static_cast<int>(pair.light.size()) + 1;
@@ -169,25 +193,8 @@ void connect_all(const sample_pair<Real, Weights>& pair, bool random, pcg32& rng
             continue;
         for (int k = 0; k < light_samples && s + 1 <= pair.longest; ++k)
             next_event(pair, s, rng, sink);
-        if (counts.connection <= Real(0))
-            continue;
-        int candidates[longest_path], count = 0;
-        for (int t = 2; t < t_end; ++t)
-            if (joinable(pair.light, t))
-                candidates[count++] = t;
-        if (random && count > 0) {
-            const int t = candidates[std::uniform_int_distribution<int>(0, count - 1)(rng)];
-            const auto times_count = [&](contribution<Real> c, const complete_path<Real>& path) {
-                c.value *= static_cast<Real>(count);
-                sink(c, path);
-            };
-            if (s + t <= pair.longest)
-                connection(pair, s, t, times_count);
-            continue;
-        }
-        for (int k = 0; k < count; ++k)
-            if (s + candidates[k] <= pair.longest)
-                connection(pair, s, candidates[k], sink);
+        if (counts.connection > Real(0))
+            connections(s);
     }
     if (counts.direct > Real(0) && !pair.light.empty() &&
         light_of(pair.scene, pair.light[0]).kind != light_kind::point)

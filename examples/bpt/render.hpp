@@ -120,7 +120,8 @@ template <class Real, class Heuristic = mis::balance_heuristic> struct renderer 
                 trace_light_walk(pass, static_cast<std::size_t>(pair.pixel), pair.light);
             else if (from_light)
                 walk_from_light(scene, weigh, longest_light_walk(), pair.light, rng);
-            connect_all(pair, set.random_connection, rng, weighed);
+            connect_all(pair, rng, weighed,
+                        [&](int s) { connect_to_own(pair, s, set.random_connection, rng, weighed); });
             if (photons)
                 merge_all(pair, *photons, set.merge_radius, weighed);
             if (photons && photons->media)
