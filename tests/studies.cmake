@@ -41,3 +41,9 @@ mis_test_study(environment
 mis_test_study(allocation --seeds=1,--seeds=many,--steps=0,--seed=x --seeds 3 --steps 10 --report-only)
 mis_test_study(direct_allocation --size=3,--rays=0,--rays=many,--runs=1,--least-share=1,--around=-1,--threads=0,--seed=x
                --size 16 --runs 8 --report-only)
+mis_test_study(probabilistic_connections
+               --size=0,--scene=no_such_scene,--seconds=0,--runs=1,--runs=many,--picks=0,--even=0,--cell=2,--seed=x
+               --scene cornell --size 16 --seconds 0.02 --runs 2 --reference-seconds 0.2 --report-only)
+mis_test_study(metropolis
+               --size=0,--scene=no_such_scene,--passes=0,--runs=1,--runs=many,--chains=0,--both=0,--seed=x
+               --scene cornell --size 16 --passes 2 --runs 2 --reference-seconds 0.2 --report-only)
