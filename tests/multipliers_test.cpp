@@ -114,8 +114,9 @@ TEST_CASE("images of picked connections are those of all connections") {
                 options.learns = learns;
                 options.weights_know = weights_know;
                 options.first_walks = 500;
-                picking_renderer renderer(scene, settings_of(static_cast<std::uint64_t>(run)), options,
-                                          mis::balance_heuristic{});
+                auto set = settings_of(static_cast<std::uint64_t>(run));
+                set.counts.camera_connection = 0; // leaves more to connections
+                picking_renderer renderer(scene, set, options, mis::balance_heuristic{});
                 parts sum(width);
                 sum.shortest = 3;
                 while (sum.passes < passes)
