@@ -542,6 +542,9 @@ TEST_CASE("Edge cases of measures and sources of densities") {
     const auto sized = [](float size) {
         return mis::for_scene_of_size(mis::bidirectional(1.f), size).connection;
     };
+    const auto connected = [](float factor) {
+        return mis::times_connections(mis::squared_distance{4.f}, factor).value;
+    };
     check(
         "Measures and sources of densities",
         {{"mis::to_area(p, cos, distance2)",
@@ -602,6 +605,13 @@ TEST_CASE("Edge cases of measures and sources of densities") {
           asserted([=] { return sized(not_a_number); }),
           asserted([=] { return sized(-1); }),
           {"as any other", [=] { return sized(1e-10f) > 1e19f; }},
+          none()},
+         {"mis::times_connections(distance2, factor)",
+          {"0, which is no distance", [=] { return connected(0) == 0; }},
+          {"∞", [=] { return connected(infinity) == infinity; }},
+          asserted([=] { return connected(not_a_number); }),
+          asserted([=] { return connected(-1); }),
+          {"as any other", [=] { return connected(subnormal) == 4 * subnormal; }},
           none()}});
 }
 

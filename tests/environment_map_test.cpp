@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 // The environments of the studies: files are read as they are or refused in one line, and samplers follow
 // their densities. A right sampler fails with probability 1e-6; seeds are fixed.
+#include <ImfChannelList.h>
+#include <ImfHeader.h>
+#include <ImfOutputFile.h>
 #include <ImfRgbaFile.h>
 #include <doctest/doctest.h>
 #include <fstream>
@@ -136,6 +139,20 @@ TEST_CASE("what is no environment is refused in one line") {
     }
     write_exr("environment.exr", width, height, colors(all.size()));
     CHECK(has(refusal("environment.exr"), "is black"));
+}
+
+TEST_CASE("a file that claims more pixels than can be read, and has none") {
+    for (const auto& claimed : {std::pair(46341, 46341), std::pair(1 << 16, 1 << 12)}) {
+        const int columns = claimed.first, rows = claimed.second;
+        Imf::Header header(columns, rows);
+        for (const char* name : {"R", "G", "B"})
+            header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+        { const Imf::OutputFile unfinished("environment.exr", header); }
+        CHECK(has(refusal("environment.exr"), "more than 134217728 pixels"));
+        const std::string size = std::to_string(columns) + " x " + std::to_string(rows) + " pixels";
+        CHECK_THROWS_WITH_AS(tools::read_exr("environment.exr"), doctest::Contains(size.c_str()),
+                             std::runtime_error);
+    }
 }
 
 TEST_CASE("directions lie in their pixels, and pixels fill the sphere") {

@@ -47,3 +47,9 @@ mis_test_study(bundles
                --scene=no_such_scene,--scene=spheres,--patches=0,--seconds=0,--seconds=many,--runs=1,--pilot-share=1,--seed=x
                --scene glossy_floor --size 16 --patches 300 --seconds 0.05 --runs 2 --reference-seconds 0.1
                --smooth-seconds 0.1 --report-only)
+mis_test_study(probabilistic_connections
+               --size=0,--scene=no_such_scene,--seconds=0,--runs=1,--runs=many,--picks=0,--even=0,--cell=2,--seed=x
+               --scene cornell --size 16 --seconds 0.02 --runs 2 --reference-seconds 0.2 --report-only)
+mis_test_study(metropolis
+               --size=0,--scene=no_such_scene,--passes=0,--runs=1,--runs=many,--chains=0,--both=0,--seed=x
+               --scene cornell --size 16 --passes 2 --runs 2 --reference-seconds 0.2 --report-only)

@@ -561,6 +561,43 @@ TEST_CASE("weights do not depend on the unit of length: counts for the scene's s
     CHECK(without_beyond > 0.1);
 }
 
+TEST_CASE_TEMPLATE("connections that are made more or less often than their count", T, float, double) {
+    // Each inner edge's connection has a factor of its own: in the products the density's, in the recursion
+    // the distance's.
+    generator g(61);
+    worst_case worst;
+    double changed = 0; // by the factors
+    const auto compare = [&](const auto& heuristic, oracle::heuristic reference, int sample) {
+        auto path = make_path<T>(g, g.integer(4, 10), {1, 1, 0.1, 0});
+        const int n = path.size();
+        auto q = oracle::densities(path.counts, oracle::path_of(path.vertices));
+        const auto without = oracle::weights(reference, q);
+        for (int s = 2; s <= n - 2; ++s) {
+            const T factor = g.log_uniform<T>(-2, 2);
+            auto& distance2 = path.vertices[static_cast<std::size_t>(s - 1)].distance2_to_light;
+            distance2 = mis::times_connections(mis::squared_distance{distance2}, factor).value;
+            q[static_cast<std::size_t>(s)] = q[static_cast<std::size_t>(s)] * wide{factor};
+        }
+        const auto exact = oracle::weights(reference, q);
+        for (int k = 0; k < mis::technique_count(n); ++k) {
+            const auto at = static_cast<std::size_t>(k);
+            const T w =
+                mis::weight_in_subpaths(heuristic, path.counts, path.data(), n, mis::technique_at(n, k));
+            worst.see(ulp_error(w, exact[at]) / n, sample);
+            changed += std::fabs(static_cast<double>(oracle::to_long_double(exact[at])) -
+                                 static_cast<double>(oracle::to_long_double(without[at])));
+        }
+    };
+    constexpr int samples = 5'000;
+    for (int sample = 0; sample < samples; ++sample) {
+        compare(mis::balance, {heuristic_kind::balance}, sample);
+        compare(mis::power, {heuristic_kind::power, 2}, sample);
+    }
+    CAPTURE(worst.sample);
+    CHECK(worst.error <= 16);
+    CHECK(changed > 0.1 * samples);
+}
+
 TEST_CASE_TEMPLATE("step is scatter and arrive", T, float, double) {
     generator g(71);
     worst_case worst;

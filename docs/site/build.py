@@ -24,7 +24,7 @@ menu = {
         "migrate", "migrate_three_numbers", "migrate_pbrt", "migrate_path_tracers", "migrate_hard_cases", "end_points"],
     "When the image is wrong": ["wrong_weights", "path_dump", "unit_tests"],
     "Which heuristic, how many samples": [
-        "direct_lighting", "heuristics", "optimal", "allocation", "sequences", "bias"],
+        "direct_lighting", "heuristics", "multipliers", "optimal", "allocation", "sequences", "bias"],
     "How it works": ["recursion", "performance", "many_machines"],
 }
 not_public = ["config"]

@@ -67,7 +67,17 @@ template <class Heuristic, class Real> struct weights_with_media : mis::path_wei
             kind == walk_kind::from_camera ? media.long_camera_beams : media.long_light_beams;
         return mis::beam(piece.density, is_long ? Real(1) : piece.pass);
     }
+    // How often two vertices are connected, over counts.connection; the camera's side first.
+    Real connections(const vertex<Real>&, const vertex<Real>&) const { return 1; }
 };
+
+// The squared length of an edge as the weights want it.
+template <class Weights, class Real>
+mis::squared_distance<Real> edge_between(const Weights& weigh, const vertex<Real>& camera_side,
+                                         const vertex<Real>& light_side) {
+    return mis::times_connections(mis::squared_distance{squared_distance(camera_side, light_side)},
+                                  weigh.connections(camera_side, light_side));
+}
 
 // Sizes of the families at a vertex of a walk, given how the walk has come and how the other walk would: from
 // `to`, with its X.
@@ -117,8 +127,9 @@ void arrive(const Weights& weigh, walk_kind kind, const vertex<Real>& from, cons
     x.towards_previous = -leaving.to;
     const mis::pdf_distance_forward distance{flight.forward(is_in_medium(x))};
     x.throughput = leaving.throughput * flight.transmittance / distance.value;
-    x.state = weigh.arrive(state, mis::squared_distance{squared_distance(from, x)},
-                           mis::cosine{geometric_cosine(x, leaving.to)}, distance,
+    const mis::squared_distance distance2 =
+        kind == walk_kind::from_camera ? edge_between(weigh, from, x) : edge_between(weigh, x, from);
+    x.state = weigh.arrive(state, distance2, mis::cosine{geometric_cosine(x, leaving.to)}, distance,
                            mis::pdf_distance_reverse{flight.reverse(is_in_medium(from))});
     if (is_in_medium(x))
         x.beam = weigh.beam(kind, flight.last);

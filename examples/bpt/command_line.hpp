@@ -36,9 +36,7 @@ inline void add_options(CLI::App& app, options& o) {
     const auto above_0_to = [](double most) {
         return Range(std::numeric_limits<double>::min(), most) & tools::is_number;
     };
-    std::vector<std::string> scenes = scene_names();
-    for (const auto* more : {&study_scene_names(), &media_scene_names()})
-        scenes.insert(scenes.end(), more->begin(), more->end());
+    std::vector<std::string> scenes = all_scene_names();
     scenes.push_back("all");
     app.add_option("--scene", o.scenes, "by name, or all that show what the renderer can do")
         ->check(CLI::IsMember(scenes));

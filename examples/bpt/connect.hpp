@@ -84,7 +84,7 @@ void next_event(const sample_pair<Real, Weights>& pair, const vertex<Real>& x, p
     sink({{mis::technique_kind::next_event, s}, s + 1, pair.pixel, value, weight}, {&x, s, &y, 1});
 }
 
-// The ends of a camera walk and of a light walk, x and y, are joined.
+// The ends of a camera walk and of a light walk, x and y, are joined; of any light walk, not only the pair's.
 template <class Real, class Weights, class Sink>
 void connection(const sample_pair<Real, Weights>& pair, const vertex<Real>& x, const vertex<Real>& y,
                 Sink&& sink) {
@@ -95,8 +95,8 @@ void connection(const sample_pair<Real, Weights>& pair, const vertex<Real>& x, c
     const auto edge = f == color<Real>(0) ? std::nullopt : between(pair.scene, x, y, across);
     if (!edge)
         return;
-    const mis::squared_distance distance2{squared_distance(x, y)};
-    const color<Real> value = x.throughput * f * y.throughput * edge->transmittance / distance2.value;
+    const color<Real> value = x.throughput * f * y.throughput * edge->transmittance / squared_distance(x, y);
+    const mis::squared_distance distance2 = edge_between(pair.weigh, x, y);
     const Real weight =
         pair.weigh.connection(end_towards(pair.weigh, walk_kind::from_camera, x, across, *edge),
                               end_towards(pair.weigh, walk_kind::from_light, y, -across, reversed(*edge)),
@@ -150,21 +150,43 @@ void camera_connection(const sample_pair<Real, Weights>& pair, const vertex<Real
         path);
 }
 
-// All techniques that are switched on, on all vertices: sink(contribution, complete path). With `random`,
-// each camera vertex is joined to one light vertex picked from the walk instead of to all; the weight then
-// counts on their mean number (mis::random_connection).
+// All connections of a camera walk's end, x, to the pair's own light walk. With `random`, it is joined to one
+// light vertex picked from the walk instead of to all; the weight then counts on their mean number
+// (mis::random_connection).
 template <class Real, class Weights, class Sink>
-void connect_all(const sample_pair<Real, Weights>& pair, bool random, pcg32& rng, Sink&& sink) {
+void connect_to_own(const sample_pair<Real, Weights>& pair, const vertex<Real>& x, bool random, pcg32& rng,
+                    Sink&& sink) {
+    int count = 0;
+    for (std::size_t i = 1; i < pair.light.size(); ++i) {
+        const vertex<Real>& y = pair.light[i];
+        if (!can_join(y))
+            continue;
+        ++count;
+        if (!random && x.depth + y.depth <= pair.longest)
+            connection(pair, x, y, sink);
+    }
+    if (!random || count == 0)
+        return;
+    int left = std::uniform_int_distribution<int>(0, count - 1)(rng);
+    const auto times_count = [&](contribution<Real> c, const complete_path<Real>& path) {
+        c.value *= static_cast<Real>(count);
+        sink(c, path);
+    };
+    for (std::size_t i = 1; i < pair.light.size(); ++i)
+        if (const auto& y = pair.light[i]; can_join(y) && left-- == 0 && x.depth + y.depth <= pair.longest)
+            connection(pair, x, y, times_count);
+}
+
+// All techniques that are switched on, on all vertices: sink(contribution, complete path). connections(x)
+// makes those of the camera walk's end x.
+template <class Real, class Weights, class Sink, class Connections>
+void connect_all(const sample_pair<Real, Weights>& pair, pcg32& rng, Sink&& sink, Connections&& connections) {
     const auto& counts = pair.weigh.counts;
     const int light_samples = static_cast<int>(counts.next_event);
     if (counts.light_hit > Real(0))
         for (const auto& x : pair.camera)
             if (is_light(x))
                 light_hit(pair, x, sink);
-    std::vector<const vertex<Real>*> candidates;
-    for (std::size_t i = 1; i < pair.light.size() && counts.connection > Real(0); ++i)
-        if (can_join(pair.light[i]))
-            candidates.push_back(&pair.light[i]);
     for (std::size_t i = 1; i < pair.camera.size(); ++i) {
         const vertex<Real>& x = pair.camera[i];
         if (!can_join(x))
@@ -172,21 +194,8 @@ void connect_all(const sample_pair<Real, Weights>& pair, bool random, pcg32& rng
         const int next_events = x.next_events < 0 ? light_samples : x.next_events;
         for (int k = 0; k < next_events && x.depth + 1 <= pair.longest; ++k)
             next_event(pair, x, rng, sink);
-        if (random && !candidates.empty()) {
-            const int count = static_cast<int>(candidates.size());
-            const auto& y =
-                *candidates[static_cast<std::size_t>(std::uniform_int_distribution<int>(0, count - 1)(rng))];
-            const auto times_count = [&](contribution<Real> c, const complete_path<Real>& path) {
-                c.value *= static_cast<Real>(count);
-                sink(c, path);
-            };
-            if (x.depth + y.depth <= pair.longest)
-                connection(pair, x, y, times_count);
-            continue;
-        }
-        for (const auto* y : candidates)
-            if (x.depth + y->depth <= pair.longest)
-                connection(pair, x, *y, sink);
+        if (counts.connection > Real(0))
+            connections(x);
     }
     if (counts.direct > Real(0) && !pair.light.empty() &&
         light_of(pair.scene, pair.light[0]).kind != light_kind::point)

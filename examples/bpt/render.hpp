@@ -144,7 +144,9 @@ template <class Real, class Heuristic = mis::balance_heuristic> struct renderer 
                 trace_light_walk(pass, static_cast<std::size_t>(pair.pixel), pair.light);
             else if (from_light)
                 walk_from_light(scene, weigh, longest_light_walk(), pair.light, rng);
-            connect_all(pair, set.random_connection, rng, weighed);
+            connect_all(pair, rng, weighed, [&](const vertex<Real>& end) {
+                connect_to_own(pair, end, set.random_connection, rng, weighed);
+            });
             if (photons)
                 merge_all(pair, *photons, set.merge_radius, weighed);
             if (photons && photons->media)

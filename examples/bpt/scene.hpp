@@ -205,6 +205,7 @@ bool is_visible(const scene<Real>& scene, const vec3<Real>& from, const vec3<Rea
 const std::vector<std::string>& scene_names();
 const std::vector<std::string>& study_scene_names();
 const std::vector<std::string>& media_scene_names();
+std::vector<std::string> all_scene_names();
 template <class Real> scene<Real> make_scene(const std::string& name);
 
 // The same scene with all lengths times a factor. Its image is the same, and so are all weights.

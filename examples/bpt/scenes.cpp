@@ -397,6 +397,35 @@ void glint(builder& b) {
     look_down(b);
 }
 
+// Two closed white rooms and a doorway. The lamp hangs in the one, where it is not seen from the other, in
+// which the camera stands: of many light vertices few are joined to what it sees.
+void doorway(builder& b) {
+    const int white = b.diffuse(dvec3(0.9)), floor = b.diffuse({0.65, 0.55, 0.45}),
+              blue = b.diffuse({0.3, 0.45, 0.75}), red = b.diffuse({0.75, 0.25, 0.2});
+    constexpr double length = 4, width = 4, height = 2.8, left = 1.5, right = 2.0, top = 2.1;
+    b.begin_cluster();
+    b.quad({-length, 0, 0}, {length, 0, 0}, {length, 0, width}, {-length, 0, width}, floor);
+    b.quad({-length, height, 0}, {length, height, 0}, {length, height, width}, {-length, height, width},
+           white);
+    b.quad({-length, 0, 0}, {length, 0, 0}, {length, height, 0}, {-length, height, 0}, white);
+    b.quad({-length, 0, width}, {length, 0, width}, {length, height, width}, {-length, height, width}, white);
+    b.quad({-length, 0, 0}, {-length, 0, width}, {-length, height, width}, {-length, height, 0}, blue);
+    b.quad({length, 0, 0}, {length, 0, width}, {length, height, width}, {length, height, 0}, white);
+    // The wall between, around the doorway.
+    b.quad({0, 0, 0}, {0, 0, left}, {0, height, left}, {0, height, 0}, white);
+    b.quad({0, 0, right}, {0, 0, width}, {0, height, width}, {0, height, right}, white);
+    b.quad({0, top, left}, {0, top, right}, {0, height, right}, {0, height, left}, white);
+    constexpr double half = 0.25, lamp_x = -2.6, lamp_y = 2.75, lamp_z = 3.2;
+    b.area_light({lamp_x + half, lamp_y, lamp_z - half}, {lamp_x + half, lamp_y, lamp_z + half},
+                 {lamp_x - half, lamp_y, lamp_z - half}, dvec3(60, 55, 45), 1, 1);
+    block(b, {0.5, 0, 2.9}, {1.3, 0.8, 3.7}, red);
+    b.ball({1.7, 0.45, 1.9}, 0.45, b.glossy(dvec3(0.2), dvec3(0.6), 30));
+    b.look({3.8, 1.6, 0.3}, {0.6, 1, 2.4}, 0.6);
+    b.s.center = {0, 1.4, 2};
+    b.s.radius = 4.8;
+    b.s.exposure = 4;
+}
+
 // A coarse sphere of 80 triangles whose shading normals are those of the fine one: 15 degrees apart in
 // places.
 void smooth_ball(builder& b, const dvec3& center, double radius, int material) {
@@ -563,6 +592,7 @@ const std::map<std::string, void (*)(builder&)>& builders() {
                                                                {"rooms", rooms},
                                                                {"door", door},
                                                                {"glint", glint},
+                                                               {"doorway", doorway},
                                                                {"fog", fog},
                                                                {"liquid", liquid},
                                                                {"milk", milk},
@@ -623,12 +653,19 @@ const std::vector<std::string>& scene_names() {
 
 const std::vector<std::string>& study_scene_names() {
     static const std::vector<std::string> names{"caustic", "diffuse", "glossy_floor", "pool",
-                                                "rooms",   "door",    "glint"};
+                                                "rooms",   "door",    "glint",        "doorway"};
     return names;
 }
 
 const std::vector<std::string>& media_scene_names() {
     static const std::vector<std::string> names{"fog", "liquid", "milk", "haze"};
+    return names;
+}
+
+std::vector<std::string> all_scene_names() {
+    std::vector<std::string> names = scene_names();
+    for (const auto* more : {&study_scene_names(), &media_scene_names()})
+        names.insert(names.end(), more->begin(), more->end());
     return names;
 }
 

@@ -125,7 +125,9 @@ inline environment_map read_environment(const std::string& file) {
         try {
             image = tools::read_exr(file);
         } catch (const std::runtime_error&) {
-            fail("is an OpenEXR file that cannot be read: it is cut off, or has no channels R, G and B");
+            fail("is an OpenEXR file that cannot be read: it is cut off, has no channels R, G and B, or more "
+                 "than " +
+                 std::to_string(tools::most_pixels) + " pixels");
         }
     } else if (bytes.rfind("#?", 0) == 0) {
         try {

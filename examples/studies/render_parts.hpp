@@ -28,34 +28,41 @@ inline bpt::image mean_image(const parts& p) {
     return image;
 }
 
-// The next pass. Rows are rendered in parallel: light walks, the only ones to reach pixels of other rows,
-// wait.
-template <class Real, class Heuristic>
-void add_pass(const bpt::renderer<Real, Heuristic>& first, parts& sum) {
+// The next pass: make(add) calls add(row, contribution) for all rows, in parallel. Light walks, the only ones
+// to reach pixels of other rows, wait.
+template <class Make> void add_pass_of(int width, parts& sum, Make&& make) {
     struct splat {
         std::size_t pixel;
         glm::dvec3 value;
     };
-    std::vector<std::vector<splat>> splats(static_cast<std::size_t>(first.set.width));
-    const int pass = sum.passes++;
-    bpt::render_pass(first, pass, [&](const auto& renderer, const bpt::photon_map<Real>* photons, int row) {
-        const auto add = [&](const bpt::contribution<Real>& c, const bpt::complete_path<Real>&) {
-            if (c.vertices < sum.shortest)
-                return;
-            const splat s{static_cast<std::size_t>(c.pixel),
-                          glm::dvec3(c.value) * static_cast<double>(c.weight)};
-            if (c.technique.kind == mis::technique_kind::merge)
-                sum.merged.pixels[s.pixel] += s.value;
-            else if (c.technique.camera_vertices == 1)
-                splats[static_cast<std::size_t>(row)].push_back(s);
-            else
-                sum.connected.pixels[s.pixel] += s.value;
-        };
-        renderer.render_row(pass, row, add, photons);
+    std::vector<std::vector<splat>> splats(static_cast<std::size_t>(width));
+    make([&](int row, const auto& c) {
+        if (c.vertices < sum.shortest)
+            return;
+        const splat s{static_cast<std::size_t>(c.pixel), glm::dvec3(c.value) * static_cast<double>(c.weight)};
+        if (c.technique.kind == mis::technique_kind::merge)
+            sum.merged.pixels[s.pixel] += s.value;
+        else if (c.technique.camera_vertices == 1)
+            splats[static_cast<std::size_t>(row)].push_back(s);
+        else
+            sum.connected.pixels[s.pixel] += s.value;
     });
     for (const auto& row : splats)
         for (const splat& s : row)
             sum.connected.pixels[s.pixel] += s.value;
+    ++sum.passes;
+}
+template <class Real, class Heuristic>
+void add_pass(const bpt::renderer<Real, Heuristic>& first, parts& sum) {
+    add_pass_of(first.set.width, sum, [&](auto&& add) {
+        bpt::render_pass(
+            first, sum.passes, [&](const auto& renderer, const bpt::photon_map<Real>* photons, int row) {
+                renderer.render_row(
+                    sum.passes, row,
+                    [&](const bpt::contribution<Real>& c, const bpt::complete_path<Real>&) { add(row, c); },
+                    photons);
+            });
+    });
 }
 
 // Of all threads: a busy machine changes little.

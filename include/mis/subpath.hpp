@@ -79,6 +79,19 @@ template <class T> struct subpath_end {
     T merge_factor = T(1);  // of this vertex, see path_vertex
 };
 
+// The squared distance of an edge whose ends are connected not counts.connection times but `factor` times
+// that (connections that are picked by an importance: the expected number of this one over the count), [J] 4.
+// For arrive, step and connection, wherever the edge lies between two vertices that scatter: A and the
+// density of the connection itself hold the distance, nothing else does. Both walks give an edge the same
+// factor, which the path alone decides. Next events, joins at the camera and hits have none. Positive and
+// finite.
+template <class T>
+MIS_HOST_DEVICE constexpr squared_distance<T> times_connections(squared_distance<T> distance2,
+                                                                detail::identity_t<T> factor) {
+    detail::assert_density(factor);
+    return squared_distance<T>(distance2.value * factor);
+}
+
 // What a renderer knows of its techniques when it is compiled. This is nothing; what is known takes
 // instructions away (docs/recursion.md says how many).
 struct any_techniques {
