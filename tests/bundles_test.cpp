@@ -167,6 +167,41 @@ TEST_CASE("parallel rays meet what rays meet") {
     CHECK(apart <= 2);
 }
 
+// Eye, x, y, lamp; x and y diffuse. The iteration draws the line between x and y; what a walk from x, and one
+// from the lamp by y, would have drawn it with is asked of their patches' albedo and cosines alone.
+TEST_CASE("bundles know with which densities walks would have made their paths") {
+    problem p(cube());
+    make_patches(p, 120, 48);
+    pcg32 rng(3);
+    int paths = 0;
+    while (paths < 1000) {
+        const auto any = [&] {
+            return std::uniform_int_distribution<std::size_t>(0, p.patches.size() - 1)(rng);
+        };
+        const patch &x = p.patches[any()], &y = p.patches[any()];
+        const auto is_diffuse = [](const patch& z) {
+            return z.point.material != lamp && z.point.material != glossy;
+        };
+        const vec edge = random_point(y, rng) - random_point(x, rng), to = normalize(edge);
+        if (!is_diffuse(x) || !is_diffuse(y) || dot(x.point.normal, to) < 0.01 ||
+            -dot(y.point.normal, to) < 0.01 || dot(x.point.normal, x.to_eye) < 0.01)
+            continue;
+        ++paths;
+        constexpr double pi = 3.14159265358979;
+        const direct_light arriving{normalize(y.point.normal + 0.5 * bpt::sample_sphere<real>(rng)), rgb(1),
+                                    0.7};
+        const node at_y{vec(0), {}, arriving};
+        const flow at_x = reflect(p, x, {to, send(p, y, at_y, -to), arriving}, x.to_eye);
+        REQUIRE(at_x.terms == 2);
+        const auto& lines = at_x.lines[1].relative;
+        const double by_walk = x.material->survival * dot(x.point.normal, to) / pi,
+                     by_light_walk =
+                         0.7 * (y.material->survival / pi) / y.area * x.area * dot(x.point.normal, to);
+        CHECK(lines[walk] / lines[bundle] == doctest::Approx(by_walk * 2 * pi).epsilon(1e-5));
+        CHECK(lines[light_walk] / lines[bundle] == doctest::Approx(by_light_walk * 2 * pi).epsilon(1e-5));
+    }
+}
+
 TEST_CASE("bundles, walks and both have the expectation of the definition") {
     problem p(cube());
     p.longest = 5;
