@@ -79,10 +79,10 @@ TEST_CASE("weights are those of densities that are multiplied by each connection
 
 namespace {
 
-// Largest differences of blocks in standard errors: of runs that know nothing of each other, against plain
-// bidirectional path tracing with the power heuristic. Were the runs' means normal, one of the 256
-// differences would be above 6 by chance in 3 of 10,000 programs, by Student's t of 31 degrees. Seeds are
-// fixed.
+// Largest differences of blocks and of whole images in standard errors: of runs that know nothing of each
+// other, against plain bidirectional path tracing with the power heuristic. Were the runs' means normal, one
+// of the 272 differences would be above 6 by chance in 3 of 10,000 programs, by Student's t of 31 degrees.
+// Seeds are fixed.
 constexpr int runs = 32, passes = 8;
 constexpr double most_apart = 6;
 
@@ -139,8 +139,9 @@ TEST_CASE("images of a chain are those of independent pairs, however it is weigh
         for (int run = 0; run < runs; ++run) {
             const bpt::renderer renderer(scene, settings_of(static_cast<std::uint64_t>(run)),
                                          mis::balance_heuristic{});
+            // Chains of 8 steps, so that it would be seen if they started anywhere.
             const auto found =
-                exchange_chain(renderer, {4, 0.25}, 3).run(passes, static_cast<std::uint64_t>(run));
+                exchange_chain(renderer, {width * width, 0.25}, 3).run(8, static_cast<std::uint64_t>(run));
             for (std::size_t e = 0; e < chain_estimates; ++e)
                 blocks[e].add(found.images[e]);
         }

@@ -13,16 +13,13 @@ template <class Real> nlohmann::ordered_json to_json(const vec3<Real>& v) { retu
 
 // Rates that are learned may be above 1, and are another number for each walk.
 template <class Real> void rates_to_json(const seen_path<Real>& path, int i, nlohmann::ordered_json& j) {
-    const Real survival = path[i].material->survival,
-               of_light_walk = start_of_edge(path, i).material->survival,
-               to_light = over_survival(path, walk_kind::from_camera, i),
-               to_camera = over_survival(path, walk_kind::from_light, i);
+    const Real to_light = rate_at(path, walk_kind::from_camera, i);
     if (!is_learned(path.roulette.mode)) {
-        j["survival"] = survival * to_light;
+        j["survival"] = to_light;
         return;
     }
-    j["splits"] = survival * to_light;
-    j["splits_to_camera"] = of_light_walk * to_camera;
+    j["splits"] = to_light;
+    j["splits_to_camera"] = rate_at(path, walk_kind::from_light, i);
 }
 
 template <class Real>

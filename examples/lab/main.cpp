@@ -83,7 +83,11 @@ void check_options(const options& o, const lab::ranks& all) {
     refuse(mistakes_of(o).has(lab::mistake::subpath_caps) && o.max_camera_vertices == INT_MAX &&
                o.max_light_vertices == INT_MAX,
            "--mistake subpath_caps needs --max-camera-vertices or --max-light-vertices");
-    refuse(mistakes_of(o).any() && o.roulette != "albedo",
+    const bool splits = is_learned(bpt::roulette_modes().at(o.roulette)),
+               omits_splits = mistakes_of(o).has(lab::mistake::splitting_omitted);
+    refuse(omits_splits && !splits, "--mistake splitting_omitted is planted where walks split: --roulette "
+                                    "adjoint, efficiency or per-technique");
+    refuse(mistakes_of(o).any() && o.roulette != "albedo" && (!omits_splits || o.mistakes.size() > 1),
            "--mistake is planted where walks end by --roulette albedo");
     refuse(o.optimal > 0 && o.random_connection, "--optimal wants all connections, not --random-connection");
     refuse(o.optimal > 0 && bpt::algorithms(1.0, 1.0).at(o.algorithm).is_progressive && o.radius_alpha < 1,

@@ -35,6 +35,7 @@ enum class mistake {
     wrong_heuristic,
     average_of_techniques,
     unweighted,
+    splitting_omitted,
     distance_omitted,
     distance_twice,
     pass_is_density,
@@ -45,15 +46,20 @@ enum class mistake {
     boundary_vertex
 };
 inline constexpr const char* mistake_names[] = {
-    "power_overflow",        "maximum_tie",         "roulette_omitted",   "roulette_one_sided",
-    "merge_roulette",        "shading_normal",      "dirac_geometry",     "dirac_etendue",
-    "dirac_light",           "dirac_connectible",   "selection_omitted",  "next_event_is_emission",
-    "environment_measure",   "light_paths_missing", "light_paths_twice",  "counts_omitted",
-    "photon_count",          "merge_area",          "disabled_technique", "missing_technique",
-    "subpath_caps",          "solid_angle_as_area", "reverse_is_forward", "wrong_heuristic",
-    "average_of_techniques", "unweighted",          "distance_omitted",   "distance_twice",
-    "pass_is_density",       "short_is_long",       "beam_sine",          "beam_count",
+    "power_overflow",        "maximum_tie",         "roulette_omitted",
+    "roulette_one_sided",    "merge_roulette",      "shading_normal",
+    "dirac_geometry",        "dirac_etendue",       "dirac_light",
+    "dirac_connectible",     "selection_omitted",   "next_event_is_emission",
+    "environment_measure",   "light_paths_missing", "light_paths_twice",
+    "counts_omitted",        "photon_count",        "merge_area",
+    "disabled_technique",    "missing_technique",   "subpath_caps",
+    "solid_angle_as_area",   "reverse_is_forward",  "wrong_heuristic",
+    "average_of_techniques", "unweighted",          "splitting_omitted",
+    "distance_omitted",      "distance_twice",      "pass_is_density",
+    "short_is_long",         "beam_sine",           "beam_count",
     "family_radius",         "boundary_vertex"};
+// Where walks split; all others where they end by the material's albedo.
+inline constexpr std::size_t of_splitting = static_cast<std::size_t>(mistake::splitting_omitted);
 inline constexpr std::size_t first_of_media = static_cast<std::size_t>(mistake::distance_omitted);
 constexpr std::size_t mistake_count = std::size(mistake_names);
 
@@ -75,6 +81,10 @@ void tell_scatter(const mistake_set& mistakes, const seen_path<Real>& path, int 
     const bool by_camera = i < path.camera_vertices;
     Real& forward = by_camera ? told.pdf_to_light : told.pdf_to_camera;
     Real& reverse = by_camera ? told.pdf_to_camera : told.pdf_to_light;
+    if (mistakes.has(mistake::splitting_omitted)) {
+        told.pdf_to_light /= rate_at(path, walk_kind::from_camera, i);
+        told.pdf_to_camera /= rate_at(path, walk_kind::from_light, i);
+    }
     if (mistakes.has(mistake::shading_normal)) {
         told.cos_to_camera = shading_cosine(x, path.to_camera[i]);
         told.cos_to_light = shading_cosine(i == path.merged ? *path.photon : x, path.to_light[i]);

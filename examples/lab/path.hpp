@@ -137,6 +137,11 @@ template <class Real> Real over_survival(const seen_path<Real>& seen, walk_kind 
     return seen.roulette.over_survival(kind, camera ? seen[i] : start_of_edge(seen, i),
                                        camera ? seen.to_camera[i] : seen.to_light[i]);
 }
+// That rate: how many copies of a walk are expected to go on, all in all.
+template <class Real> Real rate_at(const seen_path<Real>& seen, walk_kind kind, int i) {
+    const auto& x = kind == walk_kind::from_camera ? seen[i] : start_of_edge(seen, i);
+    return x.material->survival * over_survival(seen, kind, i);
+}
 
 // Densities, cosines and distances of one vertex that scatters.
 template <class Real> void record_surface(seen_path<Real>& seen, int i) {

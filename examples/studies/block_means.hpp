@@ -7,7 +7,8 @@ namespace studies {
 
 struct block_means {
     static constexpr int across = 4;
-    using blocks = std::array<double, across * across>;
+    static constexpr std::size_t whole = across * across, count = whole + 1; // the last: the whole image
+    using blocks = std::array<double, count>;
     std::vector<blocks> runs; // all channels added
 
     void add(const bpt::image& image) {
@@ -15,8 +16,9 @@ struct block_means {
         for (std::size_t i = 0; i < image.pixels.size(); ++i) {
             const int x = static_cast<int>(i) % image.width, y = static_cast<int>(i) / image.width;
             const glm::dvec3& c = image.pixels[i];
-            sums[static_cast<std::size_t>(y * across / image.width * across + x * across / image.width)] +=
-                c.x + c.y + c.z;
+            const int block = y * across / image.width * across + x * across / image.width;
+            sums[static_cast<std::size_t>(block)] += c.x + c.y + c.z;
+            sums[whole] += c.x + c.y + c.z;
         }
         runs.push_back(sums);
     }
@@ -32,10 +34,10 @@ struct block_means {
     }
 };
 
-// The largest difference of any block, over its standard error.
+// The largest difference of any block, or of the whole images, over its standard error.
 inline double largest_difference(const block_means& a, const block_means& b) {
     double largest = 0;
-    for (std::size_t block = 0; block < block_means::blocks{}.size(); ++block) {
+    for (std::size_t block = 0; block < block_means::count; ++block) {
         const auto [mean_a, variance_a] = a.mean_and_variance(block);
         const auto [mean_b, variance_b] = b.mean_and_variance(block);
         const double deviation = std::sqrt(variance_a + variance_b);
@@ -67,10 +69,11 @@ inline bool check_blocks(const std::vector<block_means>& estimates, const block_
         largest = std::max(largest, largest_difference(e, reference));
         least_runs = std::min(least_runs, e.runs.size());
     }
-    const double tests = static_cast<double>(estimates.size() * block_means::blocks{}.size());
+    const double tests = static_cast<double>(estimates.size() * block_means::count);
     const double chance = chance_of_t(largest, static_cast<double>(least_runs - 1));
     return report(chance * tests >= false_alarms,
-                  text("means of %d x %d blocks are the reference's, by all estimates: at most %.1f standard "
+                  text("means of %d x %d blocks and of images are the reference's, by all estimates: at most "
+                       "%.1f standard "
                        "errors apart, chance %.2g (bar: %.2g, false alarms for 1 seed of %.0f)",
                        block_means::across, block_means::across, largest, chance, false_alarms / tests,
                        1 / false_alarms));
