@@ -155,6 +155,9 @@ TEST_CASE("what is no saved film is refused, and the film stays as it was") {
     CHECK(refused(other.str()).find("techniques 4") != std::string::npos);
     for (std::size_t length = start; length < bytes.size(); ++length)
         CHECK(refused(bytes.substr(0, length)) == "the film is cut off");
+    std::string text = bytes; // as a stream of text writes lines on Windows
+    text.insert(start - 1, 1, '\r');
+    CHECK(refused(text) == "a film from a stream that std::ios::binary has not opened");
     std::string swapped = bytes;
     std::swap(swapped[start], swapped[start + 3]);
     CHECK(refused(swapped) == "a film of another byte order");

@@ -142,6 +142,36 @@ template <int M, int Channels, class T> void save(std::ostream& out, const film<
         detail::for_each_array(pixel, write);
 }
 
+namespace detail {
+
+// What is wrong, or null. Without exceptions what is too large for the memory ends the program, as it does
+// everywhere.
+template <int M, int Channels, class T>
+const char* read_pixels(std::istream& in, std::int32_t count, film<M, Channels, T>& f) {
+    const auto read_all = [&]() -> const char* {
+        for (std::int32_t left = count; left > 0; --left) {
+            f.pixels.emplace_back();
+            for_each_array(f.pixels.back(), [&](void* to, std::size_t size) {
+                in.read(static_cast<char*>(to), static_cast<std::streamsize>(size));
+            });
+            if (!in)
+                return "the film is cut off";
+        }
+        return nullptr;
+    };
+#ifdef __cpp_exceptions
+    try {
+        return read_all();
+    } catch (const std::bad_alloc&) {
+        return "a film too large for the memory";
+    }
+#else
+    return read_all();
+#endif
+}
+
+} // namespace detail
+
 // Reads a film that save has written, to go on with it. Returns an empty string, or what is wrong with the
 // stream, in one line; the film then stays as it was. It takes no more memory than some three times what
 // the stream has, whatever the stream says of itself.
@@ -150,7 +180,11 @@ template <int M, int Channels, class T> std::string load(std::istream& in, film<
     std::string heading;
     for (int c; heading.size() < expected.size() + 80 && (c = in.get()) != std::istream::traits_type::eof() &&
                 c != '\n';)
-        heading += c < ' ' || c > '~' ? '?' : static_cast<char>(c);
+        heading += static_cast<char>(c);
+    if (heading == expected + '\r')
+        return "a film from a stream that std::ios::binary has not opened";
+    for (char& c : heading)
+        c = c < ' ' || c > '~' ? '?' : c;
     if (heading != expected)
         return "no film of this type: '" + heading.substr(0, 80) + "' in place of '" + expected + "'";
     const auto read = [&](void* to, std::size_t size) {
@@ -172,16 +206,8 @@ template <int M, int Channels, class T> std::string load(std::istream& in, film<
     for (double n : loaded.counts)
         if (!detail::is_number(n) || n < 0)
             return "a film whose counts are no numbers of samples";
-    try {
-        for (std::int32_t left = width * height; left > 0; --left) {
-            loaded.pixels.emplace_back();
-            detail::for_each_array(loaded.pixels.back(), read);
-            if (!in)
-                return "the film is cut off";
-        }
-    } catch (const std::bad_alloc&) {
-        return "a film too large for the memory";
-    }
+    if (const char* fault = detail::read_pixels(in, width * height, loaded))
+        return fault;
     loaded.width = width;
     loaded.height = height;
     f = std::move(loaded);
