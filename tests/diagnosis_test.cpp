@@ -546,12 +546,12 @@ TEST_CASE("boundaries that count as vertices predict the weights of paths with t
             if (i == joined)
                 continue;
             at_infinity += is_infinite;
-            auto& near = longer.vertices[std::size_t(i)];
-            auto& far = longer.vertices[std::size_t(i) + 1];
-            const double d_light = near.pdf_distance_from_light, d_camera = far.pdf_distance_from_camera;
-            near.distance2_to_light = found[0].distance * found[0].distance;
-            near.pdf_distance_from_light = d_light / found[0].pass_from_light;
-            far.pdf_distance_from_camera = d_camera / found.back().pass_from_camera;
+            auto& first = longer.vertices[std::size_t(i)];
+            auto& second = longer.vertices[std::size_t(i) + 1];
+            const double d_light = first.pdf_distance_from_light, d_camera = second.pdf_distance_from_camera;
+            first.distance2_to_light = found[0].distance * found[0].distance;
+            first.pdf_distance_from_light = d_light / found[0].pass_from_light;
+            second.pdf_distance_from_camera = d_camera / found.back().pass_from_camera;
             for (int p = count - 1; p >= 0; --p) {
                 const auto& b = found[std::size_t(p)];
                 const bool is_last = p + 1 == count;

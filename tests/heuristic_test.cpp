@@ -25,9 +25,9 @@ template <class T> std::vector<std::array<T, 2>> pairs(int count, std::uint64_t 
     while (static_cast<int>(result.size()) < count) {
         const T a = g.any<T>();
         result.push_back({a, g.any<T>()});
-        const T near = a * static_cast<T>(std::pow(10.0, g.uniform(-4, 4)));
-        if (near <= largest_finite<T>() && (subnormals || near >= std::numeric_limits<T>::min()))
-            result.push_back({a, near});
+        const T close = a * static_cast<T>(std::pow(10.0, g.uniform(-4, 4)));
+        if (close <= largest_finite<T>() && (subnormals || close >= std::numeric_limits<T>::min()))
+            result.push_back({a, close});
     }
     return result;
 }
@@ -112,6 +112,13 @@ TEST_CASE_TEMPLATE("two techniques over the whole range: within 2 + beta ulp", T
     });
 }
 
+// What pow itself may be off, in ulp, beyond the first.
+#ifdef __MINGW32__
+constexpr double of_pow = 11;
+#else
+constexpr double of_pow = 0;
+#endif
+
 TEST_CASE_TEMPLATE("two techniques, power beta: within 2 + beta ulp", T, float, double) {
     const auto inputs = pairs<T>(40'000, 2);
     for (double beta :
@@ -121,7 +128,7 @@ TEST_CASE_TEMPLATE("two techniques, power beta: within 2 + beta ulp", T, float, 
         CAPTURE(beta);
         CAPTURE(inputs[static_cast<std::size_t>(std::max(worst.weight.sample, 0LL))][0]);
         CAPTURE(inputs[static_cast<std::size_t>(std::max(worst.weight.sample, 0LL))][1]);
-        CHECK(worst.weight.error <= 2 + beta);
+        CHECK(worst.weight.error <= 2 + beta + of_pow);
         CHECK(worst.unity.error <= 2);
     }
 }

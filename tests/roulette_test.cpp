@@ -279,19 +279,19 @@ TEST_CASE_TEMPLATE("statistics are those of two passes, however they are merged"
         mean /= weight, cost /= weight;
         for (const auto& [value, c, w] : all)
             squares += w * (value - mean) * (value - mean) / weight, second += w * value * value / weight;
-        const auto near = [&](T a, double b) {
+        const auto agrees = [&](T a, double b) {
             return std::fabs(double(a) - b) <= tolerance * (1 + std::fabs(b));
         };
-        REQUIRE(near(sum.weight, weight));
-        REQUIRE(near(sum.mean, mean));
-        REQUIRE(near(mis::variance(sum), squares));
-        REQUIRE(near(mis::second_moment(sum), second));
-        REQUIRE(near(mis::mean_cost(sum), cost));
+        REQUIRE(agrees(sum.weight, weight));
+        REQUIRE(agrees(sum.mean, mean));
+        REQUIRE(agrees(mis::variance(sum), squares));
+        REQUIRE(agrees(mis::second_moment(sum), second));
+        REQUIRE(agrees(mis::mean_cost(sum), cost));
         const auto here =
             mis::estimate_of(mis::scaled(sum, T(0.25))); // forgets how sure it was, and nothing else
-        REQUIRE(near(here.variance, squares));
-        REQUIRE(near(here.second_moment, second));
-        REQUIRE(near(here.cost, cost));
+        REQUIRE(agrees(here.variance, squares));
+        REQUIRE(agrees(here.second_moment, second));
+        REQUIRE(agrees(here.cost, cost));
     }
 }
 

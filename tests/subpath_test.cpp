@@ -186,7 +186,7 @@ namespace {
 
 // What a renderer knows at a Dirac vertex: probabilities of the lobe and refractive indices of the two
 // sides.
-struct interface {
+struct boundary {
     double to_light, to_camera; // discrete probabilities
     double eta_camera_side, eta_light_side;
 };
@@ -194,15 +194,13 @@ struct interface {
 // A path whose Dirac vertices refract or reflect. The records hold their densities in basic etendue.
 struct refracting_path {
     random_path<double> path;
-    std::vector<interface> interfaces;
+    std::vector<boundary> boundaries;
 };
 
 refracting_path make_refracting_path(generator& g, int n) {
     refracting_path r{make_path<double>(g, n, ordinary), {}};
     for (auto& x : r.path.vertices) {
-        interface f {
-            g.uniform(0.1, 1), g.uniform(0.1, 1), 1, 1
-        };
+        boundary f{g.uniform(0.1, 1), g.uniform(0.1, 1), 1, 1};
         if (g.chance(0.7)) {
             f.eta_camera_side = g.uniform(1, 2);
             f.eta_light_side = g.uniform(1, 2);
@@ -211,7 +209,7 @@ refracting_path make_refracting_path(generator& g, int n) {
             x.pdf_to_light = f.to_light * f.eta_light_side * f.eta_light_side * x.cos_to_light;
             x.pdf_to_camera = f.to_camera * f.eta_camera_side * f.eta_camera_side * x.cos_to_camera;
         }
-        r.interfaces.push_back(f);
+        r.boundaries.push_back(f);
     }
     return r;
 }
@@ -254,7 +252,7 @@ template <class Heuristic, class Use = mis::any_techniques> struct renderer {
                                      mis::pdf_distance_forward{v.pdf_distance_from_camera},
                                      mis::pdf_distance_reverse{last.pdf_distance_from_light});
             camera[i] = state;
-            const auto& f = r.interfaces[i];
+            const auto& f = r.boundaries[i];
             if (v.kind == vertex_kind::dirac)
                 state = weigh.scatter_dirac(state, mis::cosine{v.cos_to_camera}, mis::pdf_forward{f.to_light},
                                             mis::pdf_reverse{f.to_camera}, mis::eta_in{f.eta_camera_side},
@@ -279,7 +277,7 @@ template <class Heuristic, class Use = mis::any_techniques> struct renderer {
                                      mis::pdf_distance_forward{v.pdf_distance_from_light},
                                      mis::pdf_distance_reverse{last.pdf_distance_from_camera});
             light[i] = state;
-            const auto& f = r.interfaces[i];
+            const auto& f = r.boundaries[i];
             if (v.kind == vertex_kind::dirac)
                 state = weigh.scatter_dirac(state, mis::cosine{v.cos_to_light}, mis::pdf_forward{f.to_camera},
                                             mis::pdf_reverse{f.to_light}, mis::eta_in{f.eta_light_side},

@@ -15,7 +15,9 @@
 //
 // Accuracy: two techniques are within 2 + beta ulp, but that balance and power give 0 for a weight below the
 // least normal number. (The bias is less than that number times the integral.) N techniques are within N +
-// beta ulp; on the host, where floats are weighed in double, floats are rounded once.
+// beta ulp; on the host, where floats are weighed in double, floats are rounded once. For a beta that is not
+// known to be 2 this takes a pow that is right to 1 ulp, such as glibc's; MinGW-w64's may be 12 ulp off, and
+// so may the weights of doubles be then.
 #pragma once
 
 #include <cmath>

@@ -2,6 +2,7 @@
 // Floor 5: changes to a path that change no weight, for a renderer's unit tests. See verify.hpp.
 #pragma once
 
+#include <cstddef>
 #include <mis/verify/weights.hpp>
 
 namespace mis::verify {
@@ -148,11 +149,11 @@ inline std::string as_power(double factor, double base) {
 // The ratio that most weights have changed by: what a single mistake leaves alone.
 inline double common_ratio(const std::vector<weight_change>& changes, double tolerance) {
     double common = 1;
-    long most = 0;
+    std::ptrdiff_t most = 0;
     for (const auto& a : changes) {
         if (!(a.before > 0 && a.after > 0))
             continue;
-        const long sharing = std::count_if(changes.begin(), changes.end(), [&](const weight_change& b) {
+        const auto sharing = std::count_if(changes.begin(), changes.end(), [&](const weight_change& b) {
             return b.before > 0 && agree(a.ratio(), b.ratio(), 4 * tolerance);
         });
         if (sharing > most) {
