@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 """Builds the site: build.py FOLDER. The pages are README.md and docs/*.md, and a reference page for each header;
-needs Sphinx, MyST, furo and KaTeX. Any warning, such as one of a broken link, is an error."""
+needs Sphinx, MyST, furo and KaTeX, and Emscripten for the pages that compute. Any warning, such as one of a broken link, is an error."""
 
 import pathlib
 import re
@@ -9,6 +9,7 @@ import subprocess
 import sys
 
 import reference
+import wasm
 
 import furo
 
@@ -22,9 +23,9 @@ menu = {
     "In a renderer": ["path_tracer", "bidirectional", "merging", "media", "roulette", "edge_cases"],
     "Into a renderer that has weights": [
         "migrate", "migrate_three_numbers", "migrate_pbrt", "migrate_path_tracers", "migrate_hard_cases", "end_points"],
-    "When the image is wrong": ["wrong_weights", "path_dump", "unit_tests"],
+    "When the image is wrong": ["wrong_weights", "check", "path_dump", "unit_tests"],
     "Which heuristic, how many samples": [
-        "direct_lighting", "heuristics", "multipliers", "optimal", "allocation", "sequences", "bias"],
+        "play", "direct_lighting", "heuristics", "multipliers", "optimal", "allocation", "sequences", "bias"],
     "How it works": ["recursion", "performance", "many_machines"],
 }
 not_public = ["config"]
@@ -70,7 +71,7 @@ def stage(source):
     (source / "static" / "styles" / "furo.css").write_text(stylesheet())
     shutil.copytree(root / "docs" / "images", source / "images")
 
-    pages = {page.stem: page for page in (root / "docs").glob("*.md")}
+    pages = {page.stem: page for folder in [root / "docs", here / "pages"] for page in folder.glob("*.md")}
     listed = [name for names in menu.values() for name in names]
     if sorted(listed) != sorted(pages):
         fail(f"the menu and docs/ differ in {sorted(set(listed) ^ set(pages))}")
@@ -118,6 +119,7 @@ def main():
         if not needed.exists():
             fail(f"there is no {needed}: install {package}")
     stage(source)
+    wasm.build(site.resolve().parent / (site.name + "_programs"), source / "static")
     shutil.rmtree(site, ignore_errors=True)
     done = subprocess.run(
         [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-n", "-b", "html", "-j", "2",

@@ -9,7 +9,7 @@ struct options {
     std::string file;
     double tolerance = 1e-4;
     std::size_t examples = 2;
-    std::int64_t most_malformed = 10'000;
+    std::int64_t most_malformed = check_paths::default_most_malformed;
     bool json = false;
 };
 
@@ -50,14 +50,7 @@ check_paths::report check(check_paths::path_reader& reader, const options& o) {
     check_paths::report report;
     report.diagnosis.tolerance = o.tolerance;
     progress shown;
-    while (check_paths::add_next(report, reader)) {
-        show_progress(shown, reader.lines);
-        if (report.malformed_lines > o.most_malformed)
-            report.failure =
-                "given up: more than " + std::to_string(o.most_malformed) + " lines are no records";
-        if (!report.failure.empty())
-            break;
-    }
+    check_paths::add_all(report, reader, o.most_malformed, [&] { show_progress(shown, reader.lines); });
     clear_progress(shown);
     return report;
 }
@@ -73,11 +66,8 @@ int run(const options& o) {
     else
         check_paths::print(report, found, stdout);
     tools::finish_standard_output();
-    const bool is_empty = report.all.records == 0;
-    if (!report.failure.empty())
-        fail("'" + o.file + "' cannot be read" + (is_empty ? "" : " to its end") + ": " + report.failure);
-    if (is_empty)
-        fail("'" + o.file + "' has no records");
+    if (const std::string why = check_paths::complaint(report, o.file); !why.empty())
+        fail(why);
     return check_paths::exit_status(report, found);
 }
 

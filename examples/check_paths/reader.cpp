@@ -394,26 +394,30 @@ void check_kinds(const std::vector<mis::recorded_vertex>& vertices) {
         const mis::vertex_kind kind = vertices[i].kind;
         const bool is_light = kind == mis::vertex_kind::light || kind == mis::vertex_kind::infinite_light;
         const bool is_camera = kind == mis::vertex_kind::camera;
-        const std::string found = "vertex " + std::to_string(i) + ": \"kind\" is " + name_of(kind);
+        const auto fail_kind = [&](const char* why) {
+            fail("vertex " + std::to_string(i) + ": \"kind\" is " + name_of(kind) + why);
+        };
         if (i == 0 && !is_camera)
-            fail(found + ", but a path starts at a camera");
+            fail_kind(", but a path starts at a camera");
         if (i == n - 1 && !is_light)
-            fail(found + ", but a path ends at a light or infinite_light");
+            fail_kind(", but a path ends at a light or infinite_light");
         if (i > 0 && i < n - 1 && (is_camera || is_light))
-            fail(found + ", which only an end of a path may be");
+            fail_kind(", which only an end of a path may be");
     }
 }
 
 // The number of camera vertices must be one that the technique can have.
 void check_technique(const mis::path_record& record, const required& has) {
     const int n = static_cast<int>(record.vertices.size()), s = record.technique.camera_vertices;
-    const std::string found = "\"camera_vertices\" is " + std::to_string(s);
+    const auto fail_count = [&](const std::string& why) {
+        fail("\"camera_vertices\" is " + std::to_string(s) + why);
+    };
     if (record.technique.kind == mis::technique_kind::merge) {
         if (n == 2)
-            fail(found + ", but a path of 2 vertices has no merges");
+            fail_count(", but a path of 2 vertices has no merges");
         if (s < 2 || s > n - 1)
-            fail(found + ", but a merge on a path of " + std::to_string(n) +
-                 " vertices is at none but inner ones: 2 to " + std::to_string(n - 1));
+            fail_count(", but a merge on a path of " + std::to_string(n) +
+                       " vertices is at none but inner ones: 2 to " + std::to_string(n - 1));
         const bool in_families =
             mis::detail::has_families(record) &&
             record.vertices[static_cast<std::size_t>(s - 1)].kind == mis::vertex_kind::medium;
@@ -426,10 +430,10 @@ void check_technique(const mis::path_record& record, const required& has) {
         if (!has.merge_count)
             fail("a merge needs \"merge\" in \"counts\"");
     } else if (s > n) {
-        fail(found + ", but the path has " + std::to_string(n) + " vertices");
+        fail_count(", but the path has " + std::to_string(n) + " vertices");
     } else if (const auto kind = mis::technique_at(n, s).kind; kind != record.technique.kind) {
-        fail(found + ", which is " + name_of(kind) + " on a path of " + std::to_string(n) +
-             " vertices, not " + name_of(record.technique.kind));
+        fail_count(std::string(", which is ") + name_of(kind) + " on a path of " + std::to_string(n) +
+                   " vertices, not " + name_of(record.technique.kind));
     }
 }
 

@@ -253,6 +253,13 @@ bool add_next(report& r, path_reader& reader) {
     return false;
 }
 
+std::string complaint(const report& r, const std::string& file) {
+    const bool is_empty = r.all.records == 0;
+    if (!r.failure.empty())
+        return "'" + file + "' cannot be read" + (is_empty ? "" : " to its end") + ": " + r.failure;
+    return is_empty ? "'" + file + "' has no records" : "";
+}
+
 mis::finding suspects_in(const report& r, std::size_t examples) {
     return mis::suspects_of(r.diagnosis, examples);
 }

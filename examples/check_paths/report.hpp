@@ -44,6 +44,23 @@ struct report {
 // follows: at the end of the input, or where it breaks off, which then is the report's failure.
 bool add_next(report& r, path_reader& reader);
 
+// Gives up where more lines than this are no records.
+inline constexpr std::int64_t default_most_malformed = 10'000;
+
+// Reads the input to its end, or gives up; look() is called after each line.
+template <class Look> void add_all(report& r, path_reader& reader, std::int64_t most_malformed, Look&& look) {
+    while (add_next(r, reader)) {
+        look();
+        if (r.malformed_lines > most_malformed) {
+            r.failure = "given up: more than " + std::to_string(most_malformed) + " lines are no records";
+            return;
+        }
+    }
+}
+
+// In one line, why not all of the file has been checked, or nothing of it. Empty where all has.
+std::string complaint(const report& r, const std::string& file);
+
 // Searches for the mistakes that explain the weights that disagree, with a few examples for each.
 mis::finding suspects_in(const report& r, std::size_t examples);
 

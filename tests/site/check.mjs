@@ -6,8 +6,8 @@
 import axe from "axe-core";
 import { existsSync, mkdirSync, readdirSync } from "node:fs";
 import path from "node:path";
-import { fileURLToPath, pathToFileURL } from "node:url";
-import { chromium } from "playwright-core";
+import { fileURLToPath } from "node:url";
+import { fail, find_inaccessible, finish, launch, open, window_of as window_on } from "./reader.mjs";
 
 const [site, shots] = process.argv.slice(2).map((p) => path.resolve(p));
 if (!site || !existsSync(path.join(site, "index.html"))) {
@@ -19,36 +19,9 @@ if (shots) mkdirSync(shots, { recursive: true });
 const pages = readdirSync(site, { recursive: true })
     .filter((name) => name.endsWith(".html") && !name.startsWith("_static"))
     .sort();
-const url = (name) => pathToFileURL(path.join(site, name)).href;
 
-let failures = 0;
-const fail = (place, what) => {
-    ++failures;
-    console.error(`${place}: ${what}`);
-};
-
-const browser = await chromium.launch({
-    executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
-    args: ["--no-sandbox", "--allow-file-access-from-files"],
-});
-
-// A window, and the page that it shows.
-async function window_of(colorScheme, width) {
-    const page = await browser.newPage({ colorScheme, viewport: { width, height: 900 } });
-    const view = { page, scheme: colorScheme, width, place: "" };
-    page.on("pageerror", (error) => fail(view.place, error.message));
-    page.on("console", (message) => message.type() === "error" && fail(view.place, message.text()));
-    page.on("requestfailed", (request) => fail(view.place, `not found: ${request.url()}`));
-    page.on("request", (request) => {
-        if (!request.url().startsWith(pathToFileURL(site).href) && !/^(data|blob):/.test(request.url()))
-            fail(view.place, `asks for ${request.url()}`);
-    });
-    return view;
-}
-async function open(view, name) {
-    view.place = `${name} (${view.scheme}, ${view.width})`;
-    await view.page.goto(url(name), { waitUntil: "load" });
-}
+const browser = await launch("--allow-file-access-from-files"); // the search shows a few lines of each page that it finds
+const window_of = (scheme, width) => window_on(browser, site, scheme, width);
 
 const ids = new Map(); // of each page, those that links may lead to
 const links = []; // [from, page, id]
@@ -65,10 +38,7 @@ async function look_at(views, name) {
         if (ms > slowest.ms) slowest = { ms, name };
         const overflow = await page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth);
         if (overflow > 1) fail(place, `is ${overflow} pixels wider than the window`);
-        if (width > 1000) await page.evaluate(axe.source);
-        const found = width > 1000 && await page.evaluate(() => window.axe.run(document, { resultTypes: ["violations"] }));
-        for (const v of (found?.violations ?? []).filter((v) => ["serious", "critical"].includes(v.impact)))
-            fail(place, `axe: ${v.id}: ${v.help}: ${v.nodes.length} times, first ${v.nodes[0].html.slice(0, 150)}`);
+        if (width > 1000) await find_inaccessible(view, axe);
         if (shots && width > 1000) {
             const file = name.replaceAll("/", "_").replace(".html", `-${scheme}-${width}.png`);
             await page.screenshot({ path: path.join(shots, file) });
@@ -118,7 +88,4 @@ if ((await page.locator(".katex").count()) === 0) fail(reader.place, "no formula
 await browser.close();
 if (pages.length < 10) fail(site, `has ${pages.length} pages only`);
 console.log(`${pages.length} pages, ${links.length} links; slowest: ${slowest.name}, ${Math.round(slowest.ms)} ms`);
-if (failures) {
-    console.error(`${failures} failures`);
-    process.exit(1);
-}
+finish();
