@@ -16,7 +16,7 @@ inline const std::vector<std::string>& family_names() {
 
 struct media_options {
     double radius_3d = 0, radius_2d = 0, radius_1d = 0; // of points, point and beam, beams; 0: --radius
-    int beam_walks = 1000;
+    int beam_walks = 200;
     std::string long_beams = "camera";
 };
 

@@ -61,10 +61,17 @@ std::vector<T> concatenated(std::vector<left_by_light<Real>>& rows,
 template <class Real> struct media_map {
     photon_map<Real> points;
     std::vector<beam<Real>> beams;
-    box_tree points_by_box, beams_by_box; // as far as the radii reach
+    std::vector<std::uint32_t> beam_of_piece;
+    box_tree points_by_box, pieces_by_box; // as far as the radii reach
 
+    // A box about all of a long beam would be passed by nearly every line. So pieces of beams have boxes: of
+    // this length, longer where the beam is far from where it started.
     media_map(std::vector<photon<Real>> photons, std::vector<beam<Real>> light_beams,
-              const media_merges<Real>& merges);
+              const media_merges<Real>& merges, Real piece);
+
+    // The beams that may be near a piece of a line, or a point, each once.
+    void find_beams_along(const beam<Real>& line, std::vector<std::uint32_t>& found) const;
+    void find_beams_around(const vec3<Real>& point, std::vector<std::uint32_t>& found) const;
 };
 
 template <class Real> box box_around(const vec3<Real>& a, const vec3<Real>& b, Real radius) {
@@ -75,8 +82,19 @@ template <class Real> vec3<Real> point_of(const beam<Real>& b, Real distance) {
 }
 
 template <class Real>
+void find_along(const box_tree& tree, const beam<Real>& line, std::vector<std::uint32_t>& found) {
+    tree.find_along(glm::vec3(line.leaving.origin), glm::vec3(line.leaving.to),
+                    static_cast<float>(line.begin), static_cast<float>(line.end), found);
+}
+inline void to_beams(const std::vector<std::uint32_t>& beam_of_piece, std::vector<std::uint32_t>& found) {
+    for (auto& i : found)
+        i = beam_of_piece[i];
+    found.erase(std::unique(found.begin(), found.end()), found.end());
+}
+
+template <class Real>
 media_map<Real>::media_map(std::vector<photon<Real>> photons, std::vector<beam<Real>> light_beams,
-                           const media_merges<Real>& merges)
+                           const media_merges<Real>& merges, Real piece)
     : points(std::move(photons)), beams(std::move(light_beams)), points_by_box([&] {
           std::vector<box> boxes;
           for (const auto& p : points.photons)
@@ -84,13 +102,30 @@ media_map<Real>::media_map(std::vector<photon<Real>> photons, std::vector<beam<R
                   boxes.push_back(box_around(p.position, p.position, merges.radii.point_beam));
           return boxes;
       }()),
-      beams_by_box([&] {
+      pieces_by_box([&] {
           const Real radius = std::max(merges.radii.beam_point, merges.radii.beam_beam);
           std::vector<box> boxes;
-          for (const auto& b : beams)
-              boxes.push_back(box_around(point_of(b, b.begin), point_of(b, b.end), radius));
+          for (std::size_t i = 0; i < beams.size(); ++i) {
+              const auto& b = beams[i];
+              for (Real from = b.begin, to = from; from < b.end; from = to) {
+                  to = std::min(b.end, from + std::max(piece, from / 8));
+                  boxes.push_back(box_around(point_of(b, from), point_of(b, to), radius));
+                  beam_of_piece.push_back(static_cast<std::uint32_t>(i));
+              }
+          }
           return boxes;
       }()) {}
+
+template <class Real>
+void media_map<Real>::find_beams_along(const beam<Real>& line, std::vector<std::uint32_t>& found) const {
+    find_along(pieces_by_box, line, found);
+    to_beams(beam_of_piece, found);
+}
+template <class Real>
+void media_map<Real>::find_beams_around(const vec3<Real>& point, std::vector<std::uint32_t>& found) const {
+    pieces_by_box.find_around(glm::vec3(point), found);
+    to_beams(beam_of_piece, found);
+}
 
 // Those on surfaces, of all light walks of a pass.
 template <class Renderer> auto trace_photons(const Renderer& renderer, int pass) {
@@ -100,9 +135,10 @@ template <class Renderer> auto trace_photons(const Renderer& renderer, int pass)
 
 template <class Real>
 std::shared_ptr<const media_map<Real>> make_media_map(std::vector<left_by_light<Real>>& left,
-                                                      const media_merges<Real>& merges) {
+                                                      const media_merges<Real>& merges, Real scene_radius) {
     return std::make_shared<const media_map<Real>>(concatenated(left, &left_by_light<Real>::in_media),
-                                                   concatenated(left, &left_by_light<Real>::beams), merges);
+                                                   concatenated(left, &left_by_light<Real>::beams), merges,
+                                                   scene_radius / 16);
 }
 
 // ---- Which are near: the kernels' domains ----
@@ -164,7 +200,7 @@ void merge_point(const sample_pair<Real, Weights>& pair, const media_map<Real>& 
         });
     if (!(merges.sizes.beam_point > Real(0)))
         return;
-    map.beams_by_box.find_around(glm::vec3(x.point.position), found);
+    map.find_beams_around(x.point.position, found);
     for (const std::uint32_t i : found) {
         const beam<Real>& b = map.beams[i];
         if (const auto at = beside(b, x.point.position, merges.radii.beam_point)) {
@@ -187,15 +223,11 @@ void merge_beam(const sample_pair<Real, Weights>& pair, const media_map<Real>& m
         camera[i] = *from;
         camera[i].back = 1;
     }
-    const auto search = [&](const box_tree& tree) {
-        tree.find_along(glm::vec3(beam.leaving.origin), glm::vec3(beam.leaving.to),
-                        static_cast<float>(beam.begin), static_cast<float>(beam.end), found);
-    };
     const auto stop_at = [&](Real distance) {
         camera.back() = vertex_on(pair.weigh, pair.scene, walk_kind::from_camera, beam, distance);
     };
     if (merges.sizes.point_beam > Real(0)) {
-        search(map.points_by_box);
+        find_along(map.points_by_box, beam, found);
         for (const std::uint32_t i : found) {
             const photon<Real>& photon = map.points.photons[i];
             if (const auto at = beside(beam, photon.position, merges.radii.point_beam)) {
@@ -205,7 +237,7 @@ void merge_beam(const sample_pair<Real, Weights>& pair, const media_map<Real>& m
         }
     }
     if (merges.sizes.beam_beam > Real(0)) {
-        search(map.beams_by_box);
+        map.find_beams_along(beam, found);
         for (const std::uint32_t i : found) {
             const auto& b = map.beams[i];
             if (const auto at = across(beam, b, merges.radii.beam_beam)) {

@@ -5,6 +5,7 @@
 #include "film.hpp"
 #include "learn.hpp"
 #include "merge_media.hpp"
+#include <stdexcept>
 
 namespace bpt {
 
@@ -37,6 +38,9 @@ template <class Real, class Heuristic = mis::balance_heuristic> struct renderer 
 
     renderer(const bpt::scene<Real>& s, const settings<Real>& settings, const Heuristic& heuristic = {})
         : scene(s), set(settings), weigh(heuristic, set.counts) {
+        if (scene.environment >= 0 && scene.medium >= 0)
+            throw std::runtime_error("scene '" + scene.name +
+                                     "': no light of an environment comes through a medium without end");
         weigh.roulette = set.roulette;
         weigh.roulette.light_learns = !merges();
         if (set.random_connection)
@@ -165,7 +169,7 @@ void render_rows(const renderer<Real, Heuristic>& renderer, int pass, Row&& row)
         auto left = trace_all_light_walks(renderer, pass);
         photons.emplace(concatenated(left, &left_by_light<Real>::photons));
         if (has_media(renderer.scene))
-            photons->media = make_media_map(left, renderer.set.media);
+            photons->media = make_media_map(left, renderer.set.media, renderer.scene.radius);
     }
     in_parallel(renderer.set.threads, renderer.set.width,
                 [&](int i) { row(renderer, photons ? &*photons : nullptr, i); });

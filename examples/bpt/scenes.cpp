@@ -238,6 +238,12 @@ void block(builder& b, const dvec3& low, const dvec3& high, int material) {
     b.quad(corner(0, 0, 1), corner(1, 0, 1), corner(1, 1, 1), corner(0, 1, 1), material);
 }
 
+// With a face there.
+void closed_block(builder& b, const dvec3& low, const dvec3& high, int material) {
+    block(b, low, high, material);
+    b.quad(low, {high.x, low.y, low.z}, {high.x, low.y, high.z}, {low.x, low.y, high.z}, material);
+}
+
 void cornell(builder& b) {
     const auto paint = cornell_walls(b);
     ceiling_light(b);
@@ -526,16 +532,14 @@ void mixed(builder& b) {
 
 // ---- Media ----
 
-// A spot light in fog: a lamp in a housing that glass closes, so that all of its light has passed the glass,
-// and no next event finds it.
-void fog(builder& b) {
-    const auto paint = cornell_walls(b);
-    b.quad({343, 548.8, 227}, {343, 548.8, 332}, {213, 548.8, 332}, {213, 548.8, 227},
-           paint.white); // no hole
-    constexpr double lamp = 10, tube = 30, low = 500, thick = 5;
+// A lamp in a housing that glass closes, so that all of its light has passed the glass, and no next event
+// finds it.
+void lamp_behind_glass(builder& b, double lamp, double tube, double emission, int ceiling) {
+    b.quad({343, 548.8, 227}, {343, 548.8, 332}, {213, 548.8, 332}, {213, 548.8, 227}, ceiling); // no hole
+    constexpr double low = 500, thick = 5;
     const dvec3 at(278, 548, 280);
     b.area_light(at + dvec3(lamp, 0, -lamp), at + dvec3(lamp, 0, lamp), at + dvec3(-lamp, 0, -lamp),
-                 cornell_light * 150.0, 1, 1);
+                 cornell_light * emission, 1, 1);
     const int black = b.diffuse(dvec3(0.02)), glass = b.glass(1.5);
     b.begin_cluster();
     const auto corner = [&](double x, double y, double z) {
@@ -546,9 +550,13 @@ void fog(builder& b) {
         b.quad(corner(p.x, low, p.z), corner(q.x, low, q.z), corner(q.x, 549, q.z), corner(p.x, 549, p.z),
                black);
     }
-    block(b, corner(-1.1, low - thick, -1.1), corner(1.1, low, 1.1), glass);
-    b.quad(corner(-1.1, low - thick, -1.1), corner(1.1, low - thick, -1.1), corner(1.1, low - thick, 1.1),
-           corner(-1.1, low - thick, 1.1), glass);
+    closed_block(b, corner(-1.1, low - thick, -1.1), corner(1.1, low, 1.1), glass);
+}
+
+// A spot light in fog.
+void fog(builder& b) {
+    const auto paint = cornell_walls(b);
+    lamp_behind_glass(b, 10, 30, 150, paint.white);
     short_block(b, paint.white);
     b.s.medium = b.medium(dvec3(0.0012), dvec3(0.9), 0.3);
 }
@@ -570,9 +578,17 @@ void milk(builder& b) {
     b.ball({170, 110, 190}, 100, b.filled(b.glass(1.3), milk));
 }
 
-// The box in a haze so thin that few paths collide twice.
+// A spot light on a dark stage, in a haze so thin that few paths collide twice, seen through a window: light
+// that is scattered once has passed glass at both ends, so that no connection finds it.
 void haze(builder& b) {
-    cornell(b);
+    cornell_walls(b);
+    for (auto& wall : b.s.materials) {
+        wall.diffuse = dvec3(0.05);
+        wall.survival = 0.05;
+    }
+    lamp_behind_glass(b, 5, 13, 8000, 0);
+    closed_block(b, {-5, -5, -12}, {561, 554, -4}, b.glass(1.5));
+    b.s.radius = 495;
     b.s.medium = b.medium(dvec3(0.0002, 0.0003, 0.0005), dvec3(0.95), 0.7);
 }
 
