@@ -24,6 +24,9 @@ mis_test_study(alpha --size=0,--passes=1,--repetitions=many,--radius=0,--seed=x
                --size 32 --passes 4 --repetitions 1 --report-only)
 mis_test_study(cornell --size=0,--seconds=0,--runs=0,--reference-seconds=-1
                --size 16 --seconds 0.02 --runs 2 --reference-seconds 0.2 --report-only)
+mis_test_study(media --size=0,--seconds=0,--runs=0,--radius=0,--scene=cornell,--mean-free-path=0
+               --size 12 --seconds 0.02 --runs 1 --reference-seconds 0.1 --radius 0.05 --mean-free-path 1
+               --report-only)
 mis_test_study(optimal --largest=0,--repetitions=1,--seed=x --largest 32 --repetitions 200 --report-only)
 mis_test_study(optimal_bpt --size=0,--scene=no_such_scene,--passes=0,--tile=0,--radius=2
                --scene cornell --size 16 --passes 8 --reference-seconds 0.2)
