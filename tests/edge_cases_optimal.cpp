@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstring>
 #include <mis/optimal.hpp>
+#include <mis/optimal/allocation.hpp>
 #include <sstream>
 
 using namespace edge_cases;
@@ -438,4 +439,258 @@ TEST_CASE("Edge cases of films of estimators") {
                  return loaded(saved(some_film({1, tiny}))).empty();
              }},
             {"says so, reads nothing", [] { return !loaded("").empty(); }}}});
+}
+
+namespace {
+
+using small_pilot = mis::pilot<2>;
+
+// Samples of which each technique is good for one half, and perhaps another one.
+small_pilot some_pilot() {
+    small_pilot p;
+    for (int x = 0; x < 20; ++x)
+        p.add(1.0 + x % 3, x % 2 ? two{1.8, 0.2} : two{0.2, 1.8}, 1);
+    p.passes = 20;
+    return p;
+}
+small_pilot with_sample(double f, two densities = {1, 1}, double pilot_density = 1) {
+    small_pilot p = some_pilot();
+    p.add(f, densities, pilot_density);
+    return p;
+}
+bool is_left_out(const small_pilot& p) { return p.left_out == 1 && p.samples == some_pilot().samples; }
+
+// By balance and by optimal weights.
+template <class... Options>
+std::array<mis::allocation<2>, 2> allocations(const small_pilot* pilots, std::size_t count, two costs,
+                                              double budget, const Options&... options) {
+    return {mis::allocate(pilots, count, costs, budget, options...),
+            mis::optimal::allocate(pilots, count, costs, budget, options...)};
+}
+template <class... Options>
+std::array<mis::allocation<2>, 2> allocations(const small_pilot& p, const Options&... options) {
+    return allocations(&p, 1, two{1, 2}, 6.0, options...);
+}
+bool are_like(const std::array<mis::allocation<2>, 2>& a, const std::array<mis::allocation<2>, 2>& b) {
+    for (std::size_t i = 0; i < 2; ++i)
+        for (int k = 0; k < 2; ++k)
+            if (!(a[i].converged && std::fabs(a[i].counts[k] - b[i].counts[k]) <= 1e-3))
+                return false;
+    return true;
+}
+bool are_equal_shares(const std::array<mis::allocation<2>, 2>& all) {
+    return std::fabs(all[0].counts[0] - 3) + std::fabs(all[0].counts[1] - 1.5) <= 1e-12 &&
+           std::fabs(all[1].counts[0] - 3) + std::fabs(all[1].counts[1] - 1.5) <= 1e-12;
+}
+bool asserts_for(two costs, double budget) {
+    const small_pilot p = some_pilot();
+    return asserts([&] { use(mis::allocate(p, costs, budget)); }) &&
+           asserts([&] { use(mis::optimal::allocate(p, costs, budget)); });
+}
+
+} // namespace
+
+TEST_CASE("Edge cases of allocation") {
+    const auto left_out_f = [](double f) {
+        return cell{"left out", [f] { return is_left_out(with_sample(f)); }};
+    };
+    const auto left_out_density = [](double p) {
+        return cell{"left out", [p] {
+                        return is_left_out(with_sample(1, {p, 1})) && is_left_out(with_sample(1, {1, 1}, p));
+                    }};
+    };
+    const auto kept = [](double f) {
+        return cell{"as any other", [f] {
+                        const small_pilot p = with_sample(f);
+                        const double before = mis::integral(some_pilot())[0], after = mis::integral(p)[0];
+                        return p.left_out == 0 && p.samples == some_pilot().samples + 1 &&
+                               std::fabs(after - before - f / 20) <= 1e-14;
+                    }};
+    };
+    const cell left_out_of_none = {"left out", [] {
+                                       mis::pilot<dynamic> p;
+                                       p.add(1.0, counts, 1);
+                                       return p.left_out == 1 && p.samples == 0;
+                                   }};
+    const auto outside_asserted = [](double n) {
+        return asserted([n] {
+            small_pilot p;
+            p.add_outside(0, n);
+            return p.outside[0];
+        });
+    };
+    const auto nothing_of = [](double importance) {
+        return cell{"counts for nothing", [importance] {
+                        const small_pilot all[]{some_pilot(), with_sample(9, {0.1, 2})};
+                        small_pilot tile[]{all[0], all[1]};
+                        tile[1].importance = importance;
+                        const two costs{1, 2};
+                        return are_like(allocations(tile, 2, costs, 6.0), allocations(all[0])) &&
+                               !are_like(allocations(all, 2, costs, 6.0), allocations(all[0]));
+                    }};
+    };
+    const auto counts_asserted = [](double n) {
+        return cell{"asserted", [n] {
+                        const small_pilot p = some_pilot();
+                        return asserts([&] {
+                                   use(mis::variance_of_counts(p, two{1, n}));
+                               }) &&
+                               asserts([&] {
+                                   use(mis::optimal::variance_of_counts(p, two{1, n}));
+                               });
+                    }};
+    };
+    const auto costs_asserted = [](double x) {
+        return cell{"asserted", [x] { return asserts_for({x, 1}, 6) && asserts_for({1, 2}, x); }};
+    };
+    const auto least = [](double share) {
+        mis::allocation_options o;
+        o.least_share = share;
+        return allocations(some_pilot(), o);
+    };
+    const auto equal_shares = [least](double share) {
+        return cell{"equal shares", [=] { return are_equal_shares(least(share)); }};
+    };
+    const auto none_kept = [least](double share) {
+        return cell{"none", [=] { return are_like(least(share), allocations(some_pilot())); }};
+    };
+    const auto from = [](double x) {
+        const two start{x, 1};
+        return allocations(some_pilot(), mis::allocation_options{}, start.data());
+    };
+    const auto as_0 = [from](double x) { return cell{"as 0", [=] { return are_like(from(x), from(0)); }}; };
+    const auto rounded = [](double x) {
+        std::array<int, 2> whole{7, 7};
+        mis::round_counts(two{x, 2}, 2, 0.5, whole);
+        return whole;
+    };
+    check(
+        "Allocation",
+        {{"pilot::add(f, ..)", kept(0), left_out_f(infinity), left_out_f(not_a_number), kept(-1), kept(tiny),
+          left_out_of_none},
+         {"pilot::add(.., densities, pilot_density)",
+          {"takes no part; left out where all are, or the pilot's is",
+           [] {
+               return with_sample(1, {0, 1}).left_out == 0 && is_left_out(with_sample(1, {0, 0})) &&
+                      is_left_out(with_sample(1, {1, 1}, 0));
+           }},
+          left_out_density(infinity),
+          left_out_density(not_a_number),
+          left_out_density(-1),
+          {"as 0 beside larger ones; the pilot's: left out",
+           [] {
+               return are_like(allocations(with_sample(1, {tiny, 1})), allocations(with_sample(1, {0, 1}))) &&
+                      is_left_out(with_sample(1, {1, 1}, tiny));
+           }},
+          left_out_of_none},
+         {"pilot::add_outside(k, n)",
+          outside_asserted(0),
+          {"nothing is added",
+           [] {
+               small_pilot p;
+               p.add_outside(0, infinity);
+               return p.outside[0] == 0;
+           }},
+          outside_asserted(not_a_number),
+          outside_asserted(-1),
+          {"infinite",
+           [] {
+               small_pilot p;
+               p.add_outside(0, tiny);
+               return p.outside[0] == infinity;
+           }},
+          asserted([] {
+              mis::pilot<dynamic> p;
+              p.add_outside(0, 1);
+              return p.samples;
+          })},
+         {"pilot.importance",
+          nothing_of(0),
+          nothing_of(infinity),
+          nothing_of(not_a_number),
+          nothing_of(-1),
+          {"as any other",
+           [] {
+               small_pilot p = some_pilot();
+               p.importance = tiny;
+               return are_like(allocations(p), allocations(some_pilot()));
+           }},
+          none()},
+         {"mis::integral(pilot)",
+          none(),
+          none(),
+          none(),
+          none(),
+          none(),
+          {"0", [] { return mis::integral(small_pilot())[0] == 0; }}},
+         {"mis::variance_of_counts(pilot, counts)",
+          {"technique off; not covered where it alone covers f",
+           [] {
+               small_pilot alone = some_pilot();
+               alone.add(1, two{0, 1}, 1);
+               const auto d = mis::variance_of_counts(some_pilot(), two{1, 0});
+               return d.covered && std::isfinite(d.value) &&
+                      !mis::variance_of_counts(alone, two{1, 0}).covered &&
+                      !mis::optimal::variance_of_counts(alone, two{1, 0}).covered;
+           }},
+          {"unspecified", [] { return true; }},
+          counts_asserted(not_a_number),
+          counts_asserted(-1),
+          {"as any other",
+           [] {
+               return std::isfinite(mis::variance_of_counts(some_pilot(), two{1, tiny}).value) &&
+                      std::isfinite(mis::optimal::variance_of_counts(some_pilot(), two{1, tiny}).value);
+           }},
+          {"0",
+           [] {
+               return mis::variance_of_counts(small_pilot(), counts).value == 0 &&
+                      mis::optimal::variance_of_counts(small_pilot(), counts).value == 0;
+           }}},
+         {"mis::allocate(pilot, costs, budget)",
+          costs_asserted(0),
+          costs_asserted(infinity),
+          costs_asserted(not_a_number),
+          costs_asserted(-1),
+          {"a budget: as any other",
+           [] {
+               const auto all = allocations(std::array{some_pilot()}.data(), 1, two{1, 2}, 1e-310);
+               return all[0].counts[0] > 0 && all[0].counts[0] + 2 * all[0].counts[1] <= 1.001e-310;
+           }},
+          {"equal shares of the budget", [] { return are_equal_shares(allocations(small_pilot())); }}},
+         {"allocation_options::least_share",
+          none_kept(0),
+          equal_shares(infinity),
+          equal_shares(not_a_number),
+          none_kept(-1),
+          {"as any other", [least] { return are_like(least(tiny), least(0)); }},
+          none()},
+         {"mis::allocate(.., options, start)",
+          {"as any other; all 0: equal shares",
+           [from] {
+               const two nothing{0, 0};
+               return are_like(from(0), from(1)) &&
+                      are_like(allocations(some_pilot(), mis::allocation_options{}, nothing.data()), from(1));
+           }},
+          as_0(infinity),
+          as_0(not_a_number),
+          as_0(-1),
+          {"as any other", [from] { return are_like(from(tiny), from(1)); }},
+          none()},
+         {"mis::round_counts(counts, n, u, out)",
+          {"0",
+           [rounded] {
+               return rounded(0) == std::array{0, 2};
+           }},
+          {"unspecified", [] { return true; }},
+          asserted([rounded] { return rounded(not_a_number); }),
+          asserted([rounded] { return rounded(-1); }),
+          {"as any other",
+           [rounded] {
+               return rounded(tiny) == std::array{0, 2};
+           }},
+          {"nothing is written", [] {
+               std::array<int, 2> whole{7, 7};
+               mis::round_counts(counts, 0, 0.5, whole);
+               return whole == std::array{7, 7};
+           }}}});
 }

@@ -13,19 +13,29 @@ static std::size_t largest_allocation = 0, fails_above = ~std::size_t(0);
 
 static void* allocate(std::size_t size, std::size_t alignment) {
     largest_allocation = size > largest_allocation ? size : largest_allocation;
-    void* const p = size > fails_above
-                        ? nullptr
-                        : std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment);
+    const std::size_t whole = (size + alignment - 1) / alignment * alignment;
+#ifdef _WIN32
+    void* const p = size > fails_above ? nullptr : _aligned_malloc(whole, alignment);
+#else
+    void* const p = size > fails_above ? nullptr : std::aligned_alloc(alignment, whole);
+#endif
     if (p == nullptr)
         throw std::bad_alloc();
     return p;
 }
+static void release(void* p) {
+#ifdef _WIN32
+    _aligned_free(p);
+#else
+    std::free(p);
+#endif
+}
 void* operator new(std::size_t size) { return allocate(size, alignof(std::max_align_t)); }
 void* operator new(std::size_t size, std::align_val_t a) { return allocate(size, std::size_t(a)); }
-void operator delete(void* p) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t) noexcept { std::free(p); }
-void operator delete(void* p, std::align_val_t) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t, std::align_val_t) noexcept { std::free(p); }
+void operator delete(void* p) noexcept { release(p); }
+void operator delete(void* p, std::size_t) noexcept { release(p); }
+void operator delete(void* p, std::align_val_t) noexcept { release(p); }
+void operator delete(void* p, std::size_t, std::align_val_t) noexcept { release(p); }
 
 namespace {
 
@@ -161,12 +171,14 @@ TEST_CASE("what is no saved film is refused, and the film stays as it was") {
     std::string swapped = bytes;
     std::swap(swapped[start], swapped[start + 3]);
     CHECK(refused(swapped) == "a film of another byte order");
-    std::string large = bytes;
-    large[start + 7] = large[start + 11] = 0x7f;
-    CHECK(refused(large) == "a film of impossible size");
-    std::string negative = bytes;
-    negative[start + 7] = static_cast<char>(0x80);
-    CHECK(refused(negative) == "a film of impossible size");
+    const auto with_size = [&](std::int32_t width, std::int32_t height) {
+        std::string sized = bytes;
+        std::memcpy(&sized[start + 4], &width, sizeof width);
+        std::memcpy(&sized[start + 8], &height, sizeof height);
+        return sized;
+    };
+    CHECK(refused(with_size(0x7f000003, 0x7f000002)) == "a film of impossible size");
+    CHECK(refused(with_size(-3, 2)) == "a film of impossible size");
     for (const double wrong :
          {std::numeric_limits<double>::quiet_NaN(), -1.0, std::numeric_limits<double>::infinity()}) {
         std::string counted = bytes;

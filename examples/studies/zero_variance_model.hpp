@@ -232,16 +232,16 @@ double fly(const rod& s, const walk_rules& rules, double x, direction d, Uniform
     const auto is_past = [&](double t) {
         return std::exp(-std::abs(t - x)) * adjoint(s, t, d) > (1 - u) * here;
     };
-    double near = x, far = d == right ? s.length : 0;
-    if (is_past(far)) {
+    double begin = x, end = d == right ? s.length : 0;
+    if (is_past(end)) {
         y = 2 * s.length;
         return here;
     }
     while (true) {
-        y = (near + far) / 2;
-        if (!(y > std::min(near, far) && y < std::max(near, far)))
+        y = (begin + end) / 2;
+        if (!(y > std::min(begin, end) && y < std::max(begin, end)))
             break;
-        (is_past(y) ? near : far) = y;
+        (is_past(y) ? begin : end) = y;
     }
     const double analogue = std::exp(-std::abs(y - x));
     return analogue / mis::zero_variance_density(analogue, reflected(s, y, d), here);
