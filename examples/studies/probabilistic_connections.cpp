@@ -14,7 +14,7 @@ using namespace studies;
 using real = float;
 
 struct options : image_options {
-    std::vector<std::string> scenes{"doorway", "cornell"};
+    std::vector<std::string> scenes{"doorway", "door", "cornell"};
     int runs = 6;
     double seconds = 2, reference_seconds = 20;
     bool no_roulette = false;
