@@ -253,6 +253,37 @@ TEST_CASE("a flight's densities are those of its pieces, from both ends") {
     CHECK(flight<double>{}.forward(false) == 1);
 }
 
+// Rounding puts a walk's vertex on the boundary itself, where the ray's first hit is 0 away.
+TEST_CASE_TEMPLATE("rays that start in a medium, on its index-matched boundary, get on", Real, float,
+                   double) {
+    const auto scene = make_scene<Real>("milk");
+    const auto ball = std::find_if(scene.spheres.begin(), scene.spheres.end(), [&](const auto& s) {
+        return scene.materials[static_cast<std::size_t>(s.material)].kind == bpt::material_kind::boundary;
+    });
+    REQUIRE(ball != scene.spheres.end());
+    const int inside = scene.materials[static_cast<std::size_t>(ball->material)].inside;
+    pcg32 rng(1);
+    int none_away = 0, most_pieces = 0;
+    for (int k = 0; k < 200'000; ++k) {
+        const auto normal = bpt::sample_sphere<Real>(rng), direction = bpt::sample_sphere<Real>(rng);
+        int pieces = 0;
+        Real before = 0;
+        bool is_forward = true;
+        bpt::follow(scene, ball->center + ball->radius * normal, direction,
+                    bpt::place_on_ray<Real>{0, inside, true}, std::numeric_limits<Real>::max(),
+                    [&](const bpt::place_on_ray<Real>& place, Real end) {
+                        is_forward &= place.begin == before && end >= before;
+                        before = end;
+                        none_away += pieces == 0 && end == Real(0);
+                        return ++pieces < 100;
+                    });
+        most_pieces = std::max(most_pieces, pieces);
+        CHECK(is_forward);
+    }
+    CHECK(none_away > 0);
+    CHECK(most_pieces <= 4);
+}
+
 TEST_CASE("trees find what looking at everything finds") {
     const auto scene = make_scene<double>("fog");
     const auto set = settings_for(scene, "upbp", heuristic_kind::balance, 24, 0.03, "both", 300);

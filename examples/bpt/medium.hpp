@@ -87,11 +87,9 @@ template <class Real> bool is_boundary(const scene<Real>& scene, const surface_p
 template <class Real> struct place_on_ray {
     Real begin = 0; // of the present piece, from the ray's origin
     int medium = -1;
-    bool starts_in_medium = false;
+    bool starts_in_medium = false; // this piece
 
-    Real nearest(const scene<Real>& scene) const {
-        return begin == Real(0) && starts_in_medium ? Real(0) : scene.epsilon();
-    }
+    Real nearest(const scene<Real>& scene) const { return starts_in_medium ? Real(0) : scene.epsilon(); }
 };
 
 // Follows a ray from piece to piece: piece(place, end) is called for each, with the distance at which it
@@ -105,13 +103,13 @@ std::optional<surface_point<Real>> follow(const scene<Real>& scene, const vec3<R
         const bool is_far = farthest == std::numeric_limits<Real>::max();
         const auto hit = intersect(scene, from, direction, is_far ? farthest : farthest - place.begin,
                                    place.nearest(scene));
-        const Real end = hit ? place.begin + dot(hit->position - from, direction) : farthest;
+        const Real end =
+            hit ? place.begin + std::max(Real(0), dot(hit->position - from, direction)) : farthest;
         const bool goes_on = piece(place, end);
         if (!goes_on || !hit || !is_boundary(scene, *hit))
             return goes_on ? hit : std::nullopt;
         from = hit->position;
-        place.medium = medium_towards(scene, *hit, direction);
-        place.begin = end;
+        place = {end, medium_towards(scene, *hit, direction), false};
     }
 }
 

@@ -113,12 +113,13 @@ template <class Real> void add_boundaries(const scene<Real>& scene, seen_path<Re
     };
     Real begin = 0, reached = 1;
     for (;;) {
-        const bool starts_in_medium = begin == Real(0) && is_in_medium(x);
+        const bool starts_in_medium = seen.boundaries.size() == first && is_in_medium(x);
         const auto hit = intersect(scene, x.point.position + begin * to, to, whole - begin,
                                    starts_in_medium ? Real(0) : scene.epsilon());
         if (!hit || !is_boundary(scene, *hit))
             break;
-        const Real end = dot(hit->position - x.point.position, to), piece = passed(end - begin);
+        const Real end = std::max(begin, dot(hit->position - x.point.position, to)),
+                   piece = passed(end - begin);
         reached *= piece;
         for (std::size_t k = first; k < seen.boundaries.size(); ++k)
             seen.boundaries[k].pass_from_light *= piece;
