@@ -224,7 +224,7 @@ inline void sample(std::vector<path_record>& kept, std::size_t most, std::int64_
     }
     // The standard leaves open what distributions draw; reports shall not depend on who implements it. All
     // places are equally probable to a part in 1e9.
-    const std::uint64_t high = generator() - generator.min(), low = generator() - generator.min();
+    const std::uint64_t high = generator() - (generator.min)(), low = generator() - (generator.min)();
     const std::uint64_t place = ((high << 31) + low) % static_cast<std::uint64_t>(seen);
     if (place < most)
         kept[static_cast<std::size_t>(place)] = record;
