@@ -213,13 +213,11 @@ bool run(const options& o) {
 } // namespace
 
 int main(int count, char** arguments) {
-    CLI::App app{
-        std::string("How many samples of each technique, for a budget: the variance of balance over all "
-                    "counts, and the counts that are found; writes allocation*.csv.\n") +
-        exit_statuses};
     options o;
-    add_common(app, o);
+    command_line app("How many samples of each technique, for a budget: the variance of balance over all "
+                     "counts, and the counts that are found; writes allocation*.csv.",
+                     o);
     add_number(app, "--seeds", o.seeds, "pilots of each size", 2, 100000);
     add_number(app, "--steps", o.steps, "of the map, along a side", 4, 2000);
-    return run_study(app, o, count, arguments, [&] { return run(o); });
+    return run_study(app, o, count, arguments, run);
 }

@@ -241,16 +241,14 @@ bool run(const options& o) {
 } // namespace
 
 int main(int count, char** arguments) {
-    CLI::App app{
-        std::string("Convergence of unified path sampling for each alpha of the progressive radius; writes "
-                    "alpha.csv.\n") +
-        exit_statuses};
     options o;
-    add_common(app, o);
+    command_line app("Convergence of unified path sampling for each alpha of the progressive radius; writes "
+                     "alpha.csv.",
+                     o);
     add_number(app, "--passes", o.passes, "errors are measured after 1, 4, 16, ... passes up to this", 4,
                1 << 20);
     add_number(app, "--repetitions", o.repetitions, "renderings of each alpha", 1, 100000);
     add_number(app, "--radius", o.radius, "within which walks merge in pass 1; 1 is the scene's radius", 1e-6,
                1);
-    return run_study(app, o, count, arguments, [&] { return run(o); });
+    return run_study(app, o, count, arguments, run);
 }

@@ -199,12 +199,11 @@ bool run(const options& o) {
 } // namespace
 
 int main(int count, char** arguments) {
-    CLI::App app{std::string("Variance of BSDF sampling, light sampling and both, by a light's size and a "
-                             "surface's roughness; writes area_light.csv and area_light_even.csv.\n") +
-                 exit_statuses};
     options o;
-    add_common(app, o);
+    command_line app("Variance of BSDF sampling, light sampling and both, by a light's size and a "
+                     "surface's roughness; writes area_light.csv and area_light_even.csv.",
+                     o);
     add_number(app, "--steps", o.steps, "of size, and of roughness", 2, 1000);
     add_number(app, "--passes", o.passes, "simulated for a variance", 100, 100'000'000);
-    return run_study(app, o, count, arguments, [&] { return run(o); });
+    return run_study(app, o, count, arguments, run);
 }

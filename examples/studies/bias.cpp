@@ -228,14 +228,13 @@ bool run(const options& o) {
 } // namespace
 
 int main(int count, char** arguments) {
-    CLI::App app{std::string("Errors of balance and bias-aware balance where one technique is biased; writes "
-                             "bias.csv.\n") +
-                 exit_statuses};
     options o;
-    add_common(app, o);
+    command_line app("Errors of balance and bias-aware balance where one technique is biased; writes "
+                     "bias.csv.",
+                     o);
     add_number(app, "--largest", o.largest, "largest number of unbiased samples", 1, 10'000'000);
     add_number(app, "--per-decade", o.per_decade, "numbers of samples in each decade", 1, 100);
     add_number(app, "--repetitions", o.repetitions, "simulations of each decade up to 10,000 samples", 100,
                10'000'000);
-    return run_study(app, o, count, arguments, [&] { return run(o); });
+    return run_study(app, o, count, arguments, run);
 }

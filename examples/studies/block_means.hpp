@@ -2,6 +2,7 @@
 #pragma once
 
 #include "render_parts.hpp"
+#include <lab/pictures.hpp>
 
 namespace studies {
 
@@ -140,5 +141,35 @@ inline std::array<double, 2> ratio(const mean_error& a, const mean_error& b) {
     const double r = a.mean() / b.mean();
     return {r, r * std::hypot(a.standard_error() / a.mean(), b.standard_error() / b.mean())};
 }
+
+// Several estimates of one image, by as many runs each.
+class repeated_estimates {
+public:
+    std::vector<mean_error> errors;
+
+    repeated_estimates(const sampled_reference& r, std::size_t count)
+        : errors(count), expected(r), blocks(count) {}
+
+    // A run's image by estimate e: run after run, in each one estimate after the other.
+    void add(std::size_t e, const bpt::image& image) {
+        errors[e].squared.push_back(mean_squared_error(image, 1, expected));
+        blocks[e].add(image);
+        if (first.size() < errors.size())
+            first.push_back(image);
+    }
+    // The reference, and the images of the first run.
+    void write_sheet(const std::string& file, const char* const* names, double exposure, int columns) const {
+        std::vector<lab::labelled_image> sheet{{"reference", expected.mean, exposure}};
+        for (std::size_t e = 0; e < first.size(); ++e)
+            sheet.push_back({names[e], first[e], exposure});
+        lab::write_sheet(file, sheet, columns);
+    }
+    bool check() const { return check_blocks(blocks, expected.blocks); }
+
+private:
+    const sampled_reference& expected;
+    std::vector<block_means> blocks;
+    std::vector<bpt::image> first;
+};
 
 } // namespace studies

@@ -176,11 +176,10 @@ bool run(const options& o) {
 } // namespace
 
 int main(int count, char** arguments) {
-    CLI::App app{std::string("Balance against the best of many random weightings, and Veach's bound; writes "
-                             "bound.csv.\n") +
-                 exit_statuses};
     options o;
-    add_common(app, o);
+    command_line app("Balance against the best of many random weightings, and Veach's bound; writes "
+                     "bound.csv.",
+                     o);
     add_number(app, "--weightings", o.weightings, "tried", 2, 100'000'000);
-    return run_study(app, o, count, arguments, [&] { return run(o); });
+    return run_study(app, o, count, arguments, run);
 }

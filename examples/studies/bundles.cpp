@@ -390,12 +390,10 @@ bool run(const options& o) {
 } // namespace
 
 int main(int count, char** arguments) {
-    CLI::App app{
-        std::string("Light between patches by ray bundles, by walks and by both at equal time; writes "
-                    "bundles.csv and pictures.\n") +
-        exit_statuses};
     options o;
-    add_common(app, o);
+    command_line app("Light between patches by ray bundles, by walks and by both at equal time; writes "
+                     "bundles.csv and pictures.",
+                     o);
     add_number(app, "--patches", o.patches, "of a scene, about", 100, 100000);
     add_number(app, "--seconds", o.seconds, "processor time of each run", 1e-3, 1e6);
     add_number(app, "--runs", o.runs, "of each method", 2, 1000);
@@ -406,5 +404,5 @@ int main(int count, char** arguments) {
     add_number(app, "--smooth-seconds", o.smooth_seconds, "processor time of the smooth scene's image", 1e-3,
                1e6);
     app.add_option("--scene", o.scenes, "of triangles and rectangular lamps")->capture_default_str();
-    return run_study(app, o, count, arguments, [&] { return run(o); });
+    return run_study(app, o, count, arguments, run);
 }

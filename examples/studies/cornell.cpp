@@ -12,11 +12,10 @@ namespace {
 using namespace studies;
 using real = double;
 
-struct options : image_options {
-    int runs = 3;
-    double seconds = 10, reference_seconds = 120; // of the processor, for each run of an algorithm
-    double radius = 1;                            // of the first pass, times that chosen for the scene
-    std::vector<std::string> scenes{"caustic", "diffuse"};
+struct options : compared_options {
+    double seconds = 10; // of the processor, for each run of an algorithm
+    double radius = 1;   // of the first pass, times that chosen for the scene
+    options() { scenes = {"caustic", "diffuse"}, runs = 3, reference_seconds = 120; }
 };
 
 // Radius of the first pass, as a part of the scene's: chosen by hand, as in [H] 5.
@@ -28,10 +27,7 @@ const std::vector<std::string> names{"bpt", "ppm", "sppm", "ups", "ups 1"};
 bpt::renderer<real> make_renderer(const bpt::scene<real>& scene, const options& o, const std::string& name,
                                   std::uint64_t seed, double radius) {
     const real walks = static_cast<real>(o.size) * static_cast<real>(o.size);
-    bpt::settings<real> s;
-    s.width = o.size;
-    s.threads = o.threads;
-    s.seed = seed;
+    auto s = settings_of<bpt::settings<real>>(o, seed);
     s.merge_radius = radius * radius_of(scene.name) * scene.radius;
     const auto algorithm = bpt::algorithms(walks, s.merge_radius).at(name.substr(0, name.find(' ')));
     s.counts = name == "ups 1" ? bpt::one_light_vertex(algorithm.counts) : algorithm.counts;
@@ -213,19 +209,14 @@ bool run(const options& o) {
 } // namespace
 
 int main(int count, char** arguments) {
-    CLI::App app{std::string("Bidirectional path tracing, photon mapping and unified path sampling at equal "
-                             "time; writes cornell.csv and images.\n") +
-                 exit_statuses};
     options o;
-    add_common(app, o);
+    command_line app("Bidirectional path tracing, photon mapping and unified path sampling at equal "
+                     "time; writes cornell.csv and images.",
+                     o);
     add_number(app, "--seconds", o.seconds, "processor time of each run", 1e-3, 1e6);
+    add_compared(app, o, o.scenes);
     add_number(app, "--runs", o.runs, "of each algorithm", 1, 1000);
-    add_number(app, "--reference-seconds", o.reference_seconds, "processor time of a scene's reference", 1e-3,
-               1e6);
-    app.add_option("--scene", o.scenes, "caustic, diffuse")
-        ->check(CLI::IsMember({"caustic", "diffuse"}))
-        ->capture_default_str();
     add_number(app, "--radius", o.radius, "within which walks merge in pass 1, times that of the scene", 1e-3,
                1e3);
-    return run_study(app, o, count, arguments, [&] { return run(o); });
+    return run_study(app, o, count, arguments, run);
 }

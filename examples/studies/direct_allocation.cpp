@@ -398,16 +398,14 @@ bool run(const options& o) {
 } // namespace
 
 int main(int count, char** arguments) {
-    CLI::App app{
-        std::string("Direct light by BSDF and light samples, as many of each and as pilot samples have it; "
-                    "writes direct_allocation.csv and pictures.\n") +
-        exit_statuses};
     options o;
-    add_common(app, o);
+    command_line app("Direct light by BSDF and light samples, as many of each and as pilot samples have it; "
+                     "writes direct_allocation.csv and pictures.",
+                     o);
     add_number(app, "--rays", o.rays, "in each pixel", 8, 16 * most_pilots);
     add_number(app, "--runs", o.runs, "of each image", 8, 100000);
     add_number(app, "--tile", o.tile, "width in pixels that share their counts", 1, 64);
     add_number(app, "--around", o.around, "pixels around a tile, of which the pilots count", 0, 16);
     add_number(app, "--least-share", o.least_share, "of each technique", 0, 0.5);
-    return run_study(app, o, count, arguments, [&] { return run(o); });
+    return run_study(app, o, count, arguments, run);
 }

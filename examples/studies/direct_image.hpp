@@ -19,7 +19,7 @@ struct options : image_options {
     int height() const { return 3 * size / 4; } // size: the width
 };
 
-inline void add_options(CLI::App& app, options& o) {
+inline void add_common(CLI::App& app, options& o) {
     const CLI::Validator multiple_of_8(
         [](const std::string& value) {
             int n = 0;
@@ -27,7 +27,7 @@ inline void add_options(CLI::App& app, options& o) {
             return good ? std::string() : "not a positive multiple of 8: " + value;
         },
         "a multiple of 8");
-    add_common(app, o);
+    add_common(app, static_cast<image_options&>(o));
     app.add_option("--samples", o.samples, "of each estimator in each pixel")
         ->check(multiple_of_8)
         ->capture_default_str();

@@ -270,17 +270,16 @@ bool run(const environment_options& o) {
 } // namespace
 
 int main(int count, char** arguments) {
-    CLI::App app{std::string("Light of an environment by BSDF sampling, by environment sampling, plain and "
-                             "compensated, and by both with each heuristic; writes environment.csv and a "
-                             "picture.\n") +
-                 exit_statuses};
     environment_options o;
     o.size = 288;
     o.runs = 16;
     o.reference_samples = 1024;
-    add_options(app, o);
+    command_line app("Light of an environment by BSDF sampling, by environment sampling, plain and "
+                     "compensated, and by both with each heuristic; writes environment.csv and a "
+                     "picture.",
+                     o);
     app.add_option("--map", o.map,
                    "OpenEXR or Radiance HDR file of an environment, equirectangular, up is "
                    "the first row; else four that are synthesised");
-    return run_study(app, o, count, arguments, [&] { return run(o); });
+    return run_study(app, o, count, arguments, run);
 }

@@ -14,12 +14,11 @@ namespace {
 using namespace studies;
 using real = double;
 
-struct options : image_options {
-    int runs = 2;
-    double seconds = 10, reference_seconds = 120; // of the processor, for each run of an algorithm
-    double radius = 0.01;                         // of the first pass, as a part of the scene's
-    std::vector<std::string> scenes = bpt::media_scene_names();
+struct options : compared_options {
+    double seconds = 10;                                     // of the processor, for each run of an algorithm
+    double radius = 0.01;                                    // of the first pass, as a part of the scene's
     std::vector<double> mean_free_paths{0.1, 0.3, 1, 3, 10}; // in sizes of the box
+    options() { scenes = bpt::media_scene_names(), runs = 2, reference_seconds = 120; }
 };
 
 constexpr int shortest = 3; // paths of fewer vertices are lights that the camera sees
@@ -28,10 +27,7 @@ const std::vector<std::string> names{"bpt", "point-point", "point-beam", "beam-p
 bpt::renderer<real> make_renderer(const bpt::scene<real>& scene, const options& o, const std::string& name,
                                   std::uint64_t seed, double radius) {
     const real walks = static_cast<real>(o.size) * static_cast<real>(o.size);
-    bpt::settings<real> s;
-    s.width = o.size;
-    s.threads = o.threads;
-    s.seed = seed;
+    auto s = settings_of<bpt::settings<real>>(o, seed);
     s.merge_radius = radius * scene.radius;
     s.counts = bpt::algorithms(walks, s.merge_radius).at(name).counts;
     s.media =
@@ -204,22 +200,16 @@ bool run(const options& o) {
 } // namespace
 
 int main(int count, char** arguments) {
-    CLI::App app{
-        std::string("Media by connections, by each family of merges and by all, at equal time; writes "
-                    "media.csv and images.\n") +
-        exit_statuses};
     options o;
-    add_common(app, o);
+    command_line app("Media by connections, by each family of merges and by all, at equal time; writes "
+                     "media.csv and images.",
+                     o);
     add_number(app, "--seconds", o.seconds, "processor time of each run", 1e-3, 1e6);
+    add_compared(app, o, bpt::media_scene_names());
     add_number(app, "--runs", o.runs, "of each algorithm", 1, 1000);
-    add_number(app, "--reference-seconds", o.reference_seconds, "processor time of a scene's reference", 1e-3,
-               1e6);
     add_number(app, "--radius", o.radius, "of the first pass, as a part of the scene's", 1e-6, 1);
-    app.add_option("--scene", o.scenes, "fog, liquid, milk, haze")
-        ->check(CLI::IsMember(bpt::media_scene_names()))
-        ->capture_default_str();
     app.add_option("--mean-free-path", o.mean_free_paths, "of a box of fog, in its sizes")
         ->check(CLI::Range(1e-3, 1e3) & tools::is_number)
         ->capture_default_str();
-    return run_study(app, o, count, arguments, [&] { return run(o); });
+    return run_study(app, o, count, arguments, run);
 }

@@ -5,31 +5,19 @@
 // metropolis.csv and a picture for each scene. docs/multipliers.md tells what they show.
 #include "block_means.hpp"
 #include "exchange_chain.hpp"
-#include <lab/pictures.hpp>
 
 namespace {
 
 using namespace studies;
 using real = float;
 
-struct options : image_options {
-    std::vector<std::string> scenes{"doorway", "cornell"};
-    int runs = 8, passes = 24;
-    double reference_seconds = 16;
+struct options : compared_options {
+    int passes = 24;
     chain_options chain;
-    options() { size = 48; }
+    options() { size = 48, scenes = {"doorway", "cornell"}, runs = 8, reference_seconds = 16; }
 };
 
 constexpr int shortest = 3; // vertices: light that is seen directly is left out
-
-bpt::settings<real> settings_of(const options& o, std::uint64_t seed) {
-    bpt::settings<real> set;
-    set.width = o.size;
-    set.threads = o.threads;
-    set.seed = seed;
-    set.counts = mis::bidirectional(static_cast<real>(o.size) * static_cast<real>(o.size));
-    return set;
-}
 
 constexpr std::size_t independent = chain_estimates;
 constexpr std::array<const char*, chain_estimates + 1> names{"states counted",         "by acceptance",
@@ -43,13 +31,11 @@ bool report_scene(const std::string& name, const options& o, csv_file& csv) {
     const auto scene = bpt::make_scene<real>(name);
     const mis::balance_heuristic balance;
     const auto renderer_of = [&](std::uint64_t seed) {
-        return bpt::renderer<real>(scene, settings_of(o, seed), balance);
+        return bpt::renderer<real>(scene, bidirectional_settings<real>(o, seed), balance);
     };
     const auto r = render_sampled_reference(name, o.reference_seconds, shortest,
                                             [&](std::size_t k) { return renderer_of(o.seed + 1000 + k); });
-    std::array<mean_error, chain_estimates + 1> errors;
-    std::vector<block_means> blocks(errors.size());
-    std::vector<bpt::image> first;
+    repeated_estimates all(r, names.size());
     exchange_counts exchanges;
     for (int run = 0; run < o.runs; ++run) {
         show_progress(text("%s: run %d of %d", name.c_str(), run + 1, o.runs));
@@ -64,13 +50,8 @@ bool report_scene(const std::string& name, const options& o, csv_file& csv) {
             exchanges.proposed[k] += images.exchanges.proposed[k];
             exchanges.accepted[k] += images.exchanges.accepted[k];
         }
-        for (std::size_t e = 0; e < errors.size(); ++e) {
-            const bpt::image image = e == independent ? mean_image(alone) : images.images[e];
-            errors[e].squared.push_back(mean_squared_error(image, 1, r));
-            blocks[e].add(image);
-            if (run == 0)
-                first.push_back(image);
-        }
+        for (std::size_t e = 0; e < names.size(); ++e)
+            all.add(e, e == independent ? mean_image(alone) : images.images[e]);
     }
     show_progress("");
     std::printf("%s: %d runs of %d passes; accepted: %.2f of exchanged camera walks, %.2f of light walks, "
@@ -78,8 +59,8 @@ bool report_scene(const std::string& name, const options& o, csv_file& csv) {
                 name.c_str(), o.runs, o.passes, exchanges.accepted[0] / exchanges.proposed[0],
                 exchanges.accepted[1] / exchanges.proposed[1], exchanges.accepted[2] / exchanges.proposed[2],
                 std::sqrt(r.noise));
-    std::vector<lab::labelled_image> sheet{{"reference", r.mean, static_cast<double>(scene.exposure)}};
-    for (std::size_t e = 0; e < errors.size(); ++e) {
+    const auto& errors = all.errors;
+    for (std::size_t e = 0; e < names.size(); ++e) {
         const auto over = ratio(errors[e], errors[without[e]]),
                    over_independent = ratio(errors[e], errors[independent]);
         std::printf("  %-22s MSE %9.3g +- %7.2g   that of independent pairs times %.3f +- %.3f, without the "
@@ -89,39 +70,34 @@ bool report_scene(const std::string& name, const options& o, csv_file& csv) {
         csv.add(text("%s,\"%s\",%d,%d,%g,%g,%g,%g,%g,%g,%g", name.c_str(), names[e], o.runs, o.passes,
                      static_cast<double>(o.seed), errors[e].mean(), errors[e].standard_error(),
                      std::sqrt(errors[e].mean()), over_independent[0], over_independent[1], over[0]));
-        sheet.push_back({names[e], first[e], static_cast<double>(scene.exposure)});
     }
-    lab::write_sheet(o.output + "/metropolis-" + name + ".png", sheet, 4);
-    return check_blocks(blocks, r.blocks);
+    all.write_sheet(o.output + "/metropolis-" + name + ".png", names.data(),
+                    static_cast<double>(scene.exposure), 4);
+    return all.check();
 }
 
 bool run(const options& o) {
-    csv_file csv(
-        o.output, "metropolis.csv",
-        "scene,estimate,runs,passes,seed,mse,standard_error,rms_error,over_independent,standard_error_"
-        "of_ratio,over_without_multiplier");
-    bool good = true;
-    for (const auto& scene : o.scenes)
-        good &= report_scene(scene, o, csv);
-    return good;
+    return report_scenes(
+        o,
+        csv_file(
+            o.output, "metropolis.csv",
+            "scene,estimate,runs,passes,seed,mse,standard_error,rms_error,over_independent,standard_error_"
+            "of_ratio,over_without_multiplier"),
+        report_scene);
 }
 
 } // namespace
 
 int main(int count, char** arguments) {
-    CLI::App app{std::string("A Metropolis chain over pairs of walks, weighted with its acceptance; writes "
-                             "metropolis.csv and pictures.\n") +
-                 exit_statuses};
     options o;
-    add_common(app, o);
-    app.add_option("--scene", o.scenes, "of the reference renderer")
-        ->check(CLI::IsMember(bpt::all_scene_names()));
+    command_line app("A Metropolis chain over pairs of walks, weighted with its acceptance; writes "
+                     "metropolis.csv and pictures.",
+                     o);
+    add_compared(app, o, bpt::all_scene_names());
+    add_number(app, "--runs", o.runs, "images of each estimate", 2, 100000);
     add_number(app, "--passes", o.passes, "steps of the chains, and independent pairs, per pixel", 1,
                1 << 20);
-    add_number(app, "--runs", o.runs, "images of each estimate", 2, 100000);
-    add_number(app, "--reference-seconds", o.reference_seconds, "processor time of each reference", 1e-3,
-               1e6);
     add_number(app, "--chains", o.chain.chains, "of an image", 1, 4096);
     add_number(app, "--both", o.chain.both, "probability of exchanging both walks", 1e-3, 1);
-    return run_study(app, o, count, arguments, [&] { return run(o); });
+    return run_study(app, o, count, arguments, run);
 }

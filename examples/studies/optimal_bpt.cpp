@@ -27,10 +27,7 @@ constexpr int shortest = 3; // vertices
 lab::settings<real> make_settings(const bpt::scene<real>& scene, const options& o, bool merging,
                                   std::uint64_t seed) {
     const real walks = static_cast<real>(o.size) * static_cast<real>(o.size);
-    lab::settings<real> s;
-    s.width = o.size;
-    s.threads = o.threads;
-    s.seed = seed;
+    auto s = settings_of<lab::settings<real>>(o, seed);
     s.heuristic = {mis::heuristic_kind::power, 2};
     s.check_weights = false;
     s.merge_radius = o.radius * scene.radius;
@@ -170,11 +167,10 @@ bool run(const options& o) {
 } // namespace
 
 int main(int count, char** arguments) {
-    CLI::App app{std::string("Bidirectional path tracing by balance, power and optimal weights; writes "
-                             "optimal_bpt.csv and images.\n") +
-                 exit_statuses};
     options o;
-    add_common(app, o);
+    command_line app("Bidirectional path tracing by balance, power and optimal weights; writes "
+                     "optimal_bpt.csv and images.",
+                     o);
     app.add_option("--scene", o.scenes, "of the reference renderer")
         ->check(CLI::IsMember(bpt::scene_names()));
     app.add_option("--tile", o.tiles, "widths of the tiles of pixels that share a system")
@@ -184,5 +180,5 @@ int main(int count, char** arguments) {
     add_number(app, "--reference-seconds", o.reference_seconds, "processor time of each reference", 1e-3,
                1e6);
     add_number(app, "--radius", o.radius, "within which walks merge; 1 is the scene's radius", 1e-6, 1);
-    return run_study(app, o, count, arguments, [&] { return run(o); });
+    return run_study(app, o, count, arguments, run);
 }

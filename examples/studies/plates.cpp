@@ -101,12 +101,10 @@ bool run(const options& o) {
 } // namespace
 
 int main(int count, char** arguments) {
-    CLI::App app{
-        std::string("Veach's plates: direct illumination by BSDF sampling, by light sampling, and by both "
-                    "with each heuristic; writes plates.csv and pictures.\n") +
-        exit_statuses};
     options o;
     o.size = 448;
-    add_options(app, o);
-    return run_study(app, o, count, arguments, [&] { return run(o); });
+    command_line app("Veach's plates: direct illumination by BSDF sampling, by light sampling, and by both "
+                     "with each heuristic; writes plates.csv and pictures.",
+                     o);
+    return run_study(app, o, count, arguments, run);
 }

@@ -5,7 +5,6 @@
 // scene. docs/multipliers.md tells what they show.
 #include "block_means.hpp"
 #include "picked_connections.hpp"
-#include <lab/pictures.hpp>
 #include <lab/render.hpp>
 
 namespace {
@@ -13,26 +12,15 @@ namespace {
 using namespace studies;
 using real = float;
 
-struct options : image_options {
-    std::vector<std::string> scenes{"doorway", "door", "cornell"};
-    int runs = 6;
-    double seconds = 2, reference_seconds = 20;
+struct options : compared_options {
+    double seconds = 2; // of the processor, for each image
     bool no_roulette = false;
     pick_options pick;
-    options() { size = 48; }
+    options() { size = 48, scenes = {"doorway", "door", "cornell"}, runs = 6, reference_seconds = 20; }
 };
 
 // Light that is seen directly is found by one technique only, whatever is connected.
 constexpr int shortest = 3; // vertices
-
-bpt::settings<real> settings_of(const options& o, std::uint64_t seed) {
-    bpt::settings<real> set;
-    set.width = o.size;
-    set.threads = o.threads;
-    set.seed = seed;
-    set.counts = mis::bidirectional(static_cast<real>(o.size) * static_cast<real>(o.size));
-    return set;
-}
 
 enum estimate : std::size_t { all_of_own, one_of_own, even, untold, told, estimates };
 constexpr std::array<const char*, estimates> names{"all of its own light walk", "one of its own, at random",
@@ -53,7 +41,7 @@ template <class Make> parts render_for(double seconds, int width, Make&& make) {
 
 parts render(const bpt::scene<real>& scene, const options& o, std::size_t e, std::uint64_t seed) {
     const mis::balance_heuristic balance;
-    auto set = settings_of(o, seed);
+    auto set = bidirectional_settings<real>(o, seed);
     if (e == all_of_own || e == one_of_own) {
         set.random_connection = e == one_of_own;
         return render_for(o.seconds, o.size, [&] { return bpt::renderer<real>(scene, set, balance); });
@@ -76,56 +64,47 @@ double relative_error(const bpt::image& image, const reference& r) {
     return sum / static_cast<double>(image.pixels.size());
 }
 
-struct scene_results {
-    std::array<mean_error, estimates> errors, relative;
-    std::array<double, estimates> passes{};
-    std::vector<bpt::image> first;
-};
-
 bool report_scene(const std::string& name, const options& o, csv_file& csv) {
     const auto scene =
         o.no_roulette ? lab::without_roulette(bpt::make_scene<real>(name)) : bpt::make_scene<real>(name);
     const auto r = render_sampled_reference(name, o.reference_seconds, shortest, [&](std::size_t k) {
-        return bpt::renderer<real>(scene, settings_of(o, o.seed + 1000 + k));
+        return bpt::renderer<real>(scene, bidirectional_settings<real>(o, o.seed + 1000 + k));
     });
-    scene_results all;
-    std::vector<block_means> blocks(estimates);
+    repeated_estimates all(r, estimates);
+    std::array<mean_error, estimates> relative_errors;
+    std::array<double, estimates> passes{};
     for (int run = 0; run < o.runs; ++run)
         for (std::size_t e = 0; e < estimates; ++e) {
             show_progress(text("%s: run %d of %d, %s", name.c_str(), run + 1, o.runs, names[e]));
             const parts sum = render(scene, o, e, o.seed + static_cast<std::uint64_t>(run));
             const bpt::image image = mean_image(sum);
-            all.errors[e].squared.push_back(mean_squared_error(image, 1, r));
-            all.relative[e].squared.push_back(relative_error(image, r));
-            all.passes[e] += static_cast<double>(sum.passes) / o.runs;
-            blocks[e].add(image);
-            if (run == 0)
-                all.first.push_back(image);
+            all.add(e, image);
+            relative_errors[e].squared.push_back(relative_error(image, r));
+            passes[e] += static_cast<double>(sum.passes) / o.runs;
         }
 
-    auto random = settings_of(o, o.seed);
+    auto random = bidirectional_settings<real>(o, o.seed);
     random.random_connection = true;
     const double vertices = bpt::renderer<real>(scene, random).mean_light_vertices;
     show_progress("");
     std::printf("%s: %.2f light vertices on average; %d runs of %g s, the reference's RMS error is %.3g\n",
                 name.c_str(), vertices, o.runs, o.seconds, std::sqrt(r.noise));
-    std::vector<lab::labelled_image> sheet{{"reference", r.mean, static_cast<double>(scene.exposure)}};
     for (std::size_t e = 0; e < estimates; ++e) {
         const auto over = ratio(all.errors[e], all.errors[one_of_own]),
-                   relative = ratio(all.relative[e], all.relative[one_of_own]);
+                   relative = ratio(relative_errors[e], relative_errors[one_of_own]);
         const mean_error& error = all.errors[e];
         std::printf("  %-26s %8.1f passes   MSE %9.3g +- %7.2g, that of one at random times %.3f +- %.3f; "
                     "relative MSE %9.3g, times %.3f +- %.3f\n",
-                    names[e], all.passes[e], error.mean(), error.standard_error(), over[0], over[1],
-                    all.relative[e].mean(), relative[0], relative[1]);
+                    names[e], passes[e], error.mean(), error.standard_error(), over[0], over[1],
+                    relative_errors[e].mean(), relative[0], relative[1]);
         csv.add(text("%s,%.3f,\"%s\",%d,%g,%g,%.1f,%g,%g,%g,%g,%g,%g,%g,%g", name.c_str(), vertices, names[e],
-                     o.runs, o.seconds, static_cast<double>(o.seed), all.passes[e], error.mean(),
+                     o.runs, o.seconds, static_cast<double>(o.seed), passes[e], error.mean(),
                      error.standard_error(), std::sqrt(error.mean()), over[0], over[1],
-                     all.relative[e].mean(), relative[0], relative[1]));
-        sheet.push_back({names[e], all.first[e], static_cast<double>(scene.exposure)});
+                     relative_errors[e].mean(), relative[0], relative[1]));
     }
-    lab::write_sheet(o.output + "/probabilistic_connections-" + name + ".png", sheet, 3);
-    bool good = check_blocks(blocks, r.blocks);
+    all.write_sheet(o.output + "/probabilistic_connections-" + name + ".png", names.data(),
+                    static_cast<double>(scene.exposure), 3);
+    bool good = all.check();
     const auto over = ratio(all.errors[told], all.errors[one_of_own]);
     if (vertices > 4)
         good &= report(over[0] < 1,
@@ -134,33 +113,28 @@ bool report_scene(const std::string& name, const options& o, csv_file& csv) {
 }
 
 bool run(const options& o) {
-    csv_file csv(
-        o.output, "probabilistic_connections.csv",
-        "scene,light_vertices,connections,runs,seconds,seed,passes,mse,standard_error,rms_error,over_random,"
-        "standard_error_of_ratio,relative_mse,relative_over_random,standard_error_of_that");
-    bool good = true;
-    for (const auto& scene : o.scenes)
-        good &= report_scene(scene, o, csv);
-    return good;
+    return report_scenes(
+        o,
+        csv_file(o.output, "probabilistic_connections.csv",
+                 "scene,light_vertices,connections,runs,seconds,seed,passes,mse,standard_error,rms_error,"
+                 "over_random,"
+                 "standard_error_of_ratio,relative_mse,relative_over_random,standard_error_of_that"),
+        report_scene);
 }
 
 } // namespace
 
 int main(int count, char** arguments) {
-    CLI::App app{std::string("Connections to a few of all light vertices, picked by an importance; writes "
-                             "probabilistic_connections.csv and pictures.\n") +
-                 exit_statuses};
     options o;
-    add_common(app, o);
-    app.add_option("--scene", o.scenes, "of the reference renderer")
-        ->check(CLI::IsMember(bpt::all_scene_names()));
-    add_number(app, "--seconds", o.seconds, "processor time of each image", 1e-3, 1e6);
+    command_line app("Connections to a few of all light vertices, picked by an importance; writes "
+                     "probabilistic_connections.csv and pictures.",
+                     o);
+    add_compared(app, o, bpt::all_scene_names());
     add_number(app, "--runs", o.runs, "images of each estimate", 2, 100000);
-    add_number(app, "--reference-seconds", o.reference_seconds, "processor time of each reference", 1e-3,
-               1e6);
+    add_number(app, "--seconds", o.seconds, "processor time of each image", 1e-3, 1e6);
     add_number(app, "--picks", o.pick.picks, "connections of each camera vertex", 1, 1024);
     add_number(app, "--even", o.pick.even, "share of the probability that is even", 1e-3, 1);
     add_number(app, "--cell", o.pick.cell, "width of a cell, as a part of the scene's radius", 0.05, 1);
     app.add_flag("--no-roulette", o.no_roulette, "walks end where they leave the scene, and by their length");
-    return run_study(app, o, count, arguments, [&] { return run(o); });
+    return run_study(app, o, count, arguments, run);
 }

@@ -9,6 +9,45 @@
 
 namespace studies {
 
+// Of studies that compare several runs of each way to render with a reference, in scenes of the reference
+// renderer.
+struct compared_options : image_options {
+    std::vector<std::string> scenes;
+    int runs = 1;
+    double reference_seconds = 1;
+};
+inline void add_compared(CLI::App& app, compared_options& o, const std::vector<std::string>& known_scenes) {
+    app.add_option("--scene", o.scenes, "of the reference renderer")
+        ->check(CLI::IsMember(known_scenes))
+        ->capture_default_str();
+    add_number(app, "--reference-seconds", o.reference_seconds, "processor time of each scene's reference",
+               1e-3, 1e6);
+}
+
+// Whether report_scene(name, o, csv) is good for all scenes.
+template <class Options, class ReportScene>
+bool report_scenes(const Options& o, csv_file csv, ReportScene&& report_scene) {
+    bool good = true;
+    for (const auto& scene : o.scenes)
+        good &= report_scene(scene, o, csv);
+    return good;
+}
+
+// The renderer's, or the laboratory's.
+template <class Settings> Settings settings_of(const image_options& o, std::uint64_t seed) {
+    Settings set;
+    set.width = o.size;
+    set.threads = o.threads;
+    set.seed = seed;
+    return set;
+}
+// Of bidirectional path tracing.
+template <class Real> bpt::settings<Real> bidirectional_settings(const image_options& o, std::uint64_t seed) {
+    auto set = settings_of<bpt::settings<Real>>(o, seed);
+    set.counts = mis::bidirectional(static_cast<Real>(o.size) * static_cast<Real>(o.size));
+    return set;
+}
+
 struct parts {
     bpt::image merged, connected; // sums over passes
     int passes = 0;

@@ -275,14 +275,12 @@ bool run(const options& o) {
 } // namespace
 
 int main(int count, char** arguments) {
-    CLI::App app{
-        std::string("Roulette and splitting in the reference renderer: each mode in each scene for the "
-                    "same time; writes roulette.csv and pictures.\n") +
-        exit_statuses};
     options o;
-    add_common(app, o);
+    command_line app("Roulette and splitting in the reference renderer: each mode in each scene for the "
+                     "same time; writes roulette.csv and pictures.",
+                     o);
     add_number(app, "--seconds", o.seconds, "of processor time for each image", 0.01, 1e6);
     app.add_option("--scene", o.scenes, "only these")
         ->check(CLI::IsMember({"door", "glint", "cornell", "caustic", "glossy", "milk"}));
-    return run_study(app, o, count, arguments, [&] { return run(o); });
+    return run_study(app, o, count, arguments, run);
 }

@@ -106,23 +106,24 @@ template <class Real> bool run(const options& o, const char* scalar, studies::cs
                                          scalar, p.all.size(), worst));
 }
 
+bool run_both(const options& o) {
+    studies::csv_file csv(o.output, "scale.csv",
+                          "scalar,scale,merges times area,largest change,others divided by area,largest "
+                          "change,without area,largest change");
+    const bool in_double = run<double>(o, "double", csv);
+    return run<float>(o, "float", csv) && in_double;
+}
+
 } // namespace
 
 int main(int count, char** arguments) {
-    CLI::App app{
-        std::string("Weights under scaling of the scene, with and without the area of merges; writes "
-                    "scale.csv.\n") +
-        studies::exit_statuses};
     options o;
-    studies::add_common(app, o);
+    studies::command_line app(
+        "Weights under scaling of the scene, with and without the area of merges; writes "
+        "scale.csv.",
+        o);
     app.add_option("--scene", o.scene, "of the reference renderer")
         ->check(CLI::IsMember(bpt::scene_names()))
         ->capture_default_str();
-    return studies::run_study(app, o, count, arguments, [&] {
-        studies::csv_file csv(o.output, "scale.csv",
-                              "scalar,scale,merges times area,largest change,others divided by area,largest "
-                              "change,without area,largest change");
-        const bool in_double = run<double>(o, "double", csv);
-        return run<float>(o, "float", csv) && in_double;
-    });
+    return studies::run_study(app, o, count, arguments, run_both);
 }

@@ -42,11 +42,18 @@ inline void add_common(CLI::App& app, image_options& o) {
     add_number(app, "--threads", o.threads, "that render", 1, 1024);
 }
 
-// Parses the command line and runs the study, as tools::run_program does; run() tells whether all checks
-// pass.
-template <class Run>
-int run_study(CLI::App& app, const common_options& o, int count, char** arguments, Run&& run) {
-    return tools::run_program(app, count, arguments, [&] { return run() || o.report_only ? 0 : 1; });
+// The command line of a study: what the study says of itself, and the common options. Its own are added.
+struct command_line : CLI::App {
+    template <class Options>
+    command_line(const std::string& what, Options& o) : CLI::App(what + "\n" + exit_statuses) {
+        add_common(*this, o);
+    }
+};
+
+// Parses it and runs the study, as tools::run_program does; run(options) tells whether all checks pass.
+template <class Options, class Run>
+int run_study(command_line& app, const Options& o, int count, char** arguments, Run&& run) {
+    return tools::run_program(app, count, arguments, [&] { return run(o) || o.report_only ? 0 : 1; });
 }
 
 // A CSV file in a folder that is made where it is missing. Lines are written as they come, so that nothing

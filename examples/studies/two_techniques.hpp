@@ -122,11 +122,10 @@ struct pass_options : common_options {
 // Parses it and runs the study, as run_study does; run(options) tells whether all checks pass.
 template <class Run>
 int run_with_passes(const std::string& what, int passes, int count, char** arguments, Run&& run) {
-    CLI::App app{what + "\n" + exit_statuses};
     pass_options o{{}, passes};
-    add_common(app, o);
+    command_line app(what, o);
     add_number(app, "--passes", o.passes, "simulated for each variance", 1000, 1'000'000'000);
-    return run_study(app, o, count, arguments, [&] { return run(o); });
+    return run_study(app, o, count, arguments, run);
 }
 
 } // namespace studies

@@ -146,14 +146,12 @@ namespace detail {
 
 // What is wrong, or null. Without exceptions what is too large for the memory ends the program, as it does
 // everywhere.
-template <int M, int Channels, class T>
-const char* read_pixels(std::istream& in, std::int32_t count, film<M, Channels, T>& f) {
+template <int M, int Channels, class T, class Read>
+const char* read_pixels(std::istream& in, Read&& read, std::int32_t count, film<M, Channels, T>& f) {
     const auto read_all = [&]() -> const char* {
         for (std::int32_t left = count; left > 0; --left) {
             f.pixels.emplace_back();
-            for_each_array(f.pixels.back(), [&](void* to, std::size_t size) {
-                in.read(static_cast<char*>(to), static_cast<std::streamsize>(size));
-            });
+            for_each_array(f.pixels.back(), read);
             if (!in)
                 return "the film is cut off";
         }
@@ -206,7 +204,7 @@ template <int M, int Channels, class T> std::string load(std::istream& in, film<
     for (double n : loaded.counts)
         if (!detail::is_number(n) || n < 0)
             return "a film whose counts are no numbers of samples";
-    if (const char* fault = detail::read_pixels(in, width * height, loaded))
+    if (const char* fault = detail::read_pixels(in, read, width * height, loaded))
         return fault;
     loaded.width = width;
     loaded.height = height;
