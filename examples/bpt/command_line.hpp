@@ -4,7 +4,7 @@
 #include "algorithms.hpp"
 #include "media_options.hpp"
 #include "render.hpp"
-#include <tools/program.hpp>
+#include <tools/command_line.hpp>
 
 namespace bpt {
 
@@ -34,7 +34,7 @@ inline const std::map<std::string, roulette_mode>& roulette_modes() {
 inline void add_options(CLI::App& app, options& o) {
     using CLI::Range;
     const auto above_0_to = [](double most) {
-        return Range(std::numeric_limits<double>::min(), most) & tools::is_number;
+        return Range(std::numeric_limits<double>::min(), most) & tools::is_number();
     };
     std::vector<std::string> scenes = all_scene_names();
     scenes.push_back("all");

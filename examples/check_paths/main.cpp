@@ -1,7 +1,7 @@
 // Reads a renderer's weighted paths and reports whether their weights are right.
 #include "report.hpp"
 #include <chrono>
-#include <tools/program.hpp>
+#include <tools/command_line.hpp>
 
 namespace {
 

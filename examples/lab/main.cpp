@@ -34,9 +34,9 @@ void add_options(CLI::App& app, options& o) {
     app.add_option("--heuristic", o.heuristic, "that weighs the techniques")
         ->check(CLI::IsMember(heuristics));
     app.add_option("--alpha", o.alpha, "threshold of the cutoff heuristic")
-        ->check(Range(0.0, 1.0) & tools::is_number);
+        ->check(Range(0.0, 1.0) & tools::is_number());
     app.add_option("--scale", o.scale, "of all lengths in the scene; the image is the same for any")
-        ->check(Range(1e-6, 1e6) & tools::is_number);
+        ->check(Range(1e-6, 1e6) & tools::is_number());
     app.add_option("--scalar", o.scalar, "of the renderer")->check(CLI::IsMember({"float", "double"}));
     app.add_option("--max-camera-vertices", o.max_camera_vertices,
                    "of a camera walk, its lens point included")
@@ -55,7 +55,7 @@ void add_options(CLI::App& app, options& o) {
         ->needs(snapshots);
     app.add_option("--checkpoint", o.checkpoint,
                    "seconds between checkpoints, NAME.checkpoint, from which the same command goes on")
-        ->check(Range(0.0, 1e9) & tools::is_number);
+        ->check(Range(0.0, 1e9) & tools::is_number());
     app.add_option("--dump", o.dump, "file for weighted paths, JSON Lines");
     app.add_option("--dump-limit", o.dump_limit, "paths dumped per scene")->check(Range(1, 1000000000));
     app.add_flag("--no-roulette", o.no_roulette, "walks end only by leaving the scene");

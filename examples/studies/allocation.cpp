@@ -217,7 +217,7 @@ int main(int count, char** arguments) {
     command_line app("How many samples of each technique, for a budget: the variance of balance over all "
                      "counts, and the counts that are found; writes allocation*.csv.",
                      o);
-    add_number(app, "--seeds", o.seeds, "pilots of each size", 2, 100000);
-    add_number(app, "--steps", o.steps, "of the map, along a side", 4, 2000);
+    app.add("--seeds", o.seeds, "pilots of each size", 2, 100000);
+    app.add("--steps", o.steps, "of the map, along a side", 4, 2000);
     return run_study(app, o, count, arguments, run);
 }

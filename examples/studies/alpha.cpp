@@ -245,10 +245,8 @@ int main(int count, char** arguments) {
     command_line app("Convergence of unified path sampling for each alpha of the progressive radius; writes "
                      "alpha.csv.",
                      o);
-    add_number(app, "--passes", o.passes, "errors are measured after 1, 4, 16, ... passes up to this", 4,
-               1 << 20);
-    add_number(app, "--repetitions", o.repetitions, "renderings of each alpha", 1, 100000);
-    add_number(app, "--radius", o.radius, "within which walks merge in pass 1; 1 is the scene's radius", 1e-6,
-               1);
+    app.add("--passes", o.passes, "errors are measured after 1, 4, 16, ... passes up to this", 4, 1 << 20);
+    app.add("--repetitions", o.repetitions, "renderings of each alpha", 1, 100000);
+    app.add("--radius", o.radius, "within which walks merge in pass 1; 1 is the scene's radius", 1e-6, 1);
     return run_study(app, o, count, arguments, run);
 }

@@ -203,7 +203,7 @@ int main(int count, char** arguments) {
     command_line app("Variance of BSDF sampling, light sampling and both, by a light's size and a "
                      "surface's roughness; writes area_light.csv and area_light_even.csv.",
                      o);
-    add_number(app, "--steps", o.steps, "of size, and of roughness", 2, 1000);
-    add_number(app, "--passes", o.passes, "simulated for a variance", 100, 100'000'000);
+    app.add("--steps", o.steps, "of size, and of roughness", 2, 1000);
+    app.add("--passes", o.passes, "simulated for a variance", 100, 100'000'000);
     return run_study(app, o, count, arguments, run);
 }

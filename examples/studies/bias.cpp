@@ -232,9 +232,9 @@ int main(int count, char** arguments) {
     command_line app("Errors of balance and bias-aware balance where one technique is biased; writes "
                      "bias.csv.",
                      o);
-    add_number(app, "--largest", o.largest, "largest number of unbiased samples", 1, 10'000'000);
-    add_number(app, "--per-decade", o.per_decade, "numbers of samples in each decade", 1, 100);
-    add_number(app, "--repetitions", o.repetitions, "simulations of each decade up to 10,000 samples", 100,
-               10'000'000);
+    app.add("--largest", o.largest, "largest number of unbiased samples", 1, 10'000'000);
+    app.add("--per-decade", o.per_decade, "numbers of samples in each decade", 1, 100);
+    app.add("--repetitions", o.repetitions, "simulations of each decade up to 10,000 samples", 100,
+            10'000'000);
     return run_study(app, o, count, arguments, run);
 }

@@ -180,6 +180,6 @@ int main(int count, char** arguments) {
     command_line app("Balance against the best of many random weightings, and Veach's bound; writes "
                      "bound.csv.",
                      o);
-    add_number(app, "--weightings", o.weightings, "tried", 2, 100'000'000);
+    app.add("--weightings", o.weightings, "tried", 2, 100'000'000);
     return run_study(app, o, count, arguments, run);
 }

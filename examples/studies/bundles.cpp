@@ -394,15 +394,12 @@ int main(int count, char** arguments) {
     command_line app("Light between patches by ray bundles, by walks and by both at equal time; writes "
                      "bundles.csv and pictures.",
                      o);
-    add_number(app, "--patches", o.patches, "of a scene, about", 100, 100000);
-    add_number(app, "--seconds", o.seconds, "processor time of each run", 1e-3, 1e6);
-    add_number(app, "--runs", o.runs, "of each method", 2, 1000);
-    add_number(app, "--pilot-share", o.pilot_share, "of the time, for steps before counts are chosen", 0,
-               0.5);
-    add_number(app, "--reference-seconds", o.reference_seconds, "processor time of a scene's reference", 1e-3,
-               1e6);
-    add_number(app, "--smooth-seconds", o.smooth_seconds, "processor time of the smooth scene's image", 1e-3,
-               1e6);
-    app.add_option("--scene", o.scenes, "of triangles and rectangular lamps")->capture_default_str();
+    app.add("--patches", o.patches, "of a scene, about", 100, 100000);
+    app.add("--seconds", o.seconds, "processor time of each run", 1e-3, 1e6);
+    app.add("--runs", o.runs, "of each method", 2, 1000);
+    app.add("--pilot-share", o.pilot_share, "of the time, for steps before counts are chosen", 0, 0.5);
+    app.add("--reference-seconds", o.reference_seconds, "processor time of a scene's reference", 1e-3, 1e6);
+    app.add("--smooth-seconds", o.smooth_seconds, "processor time of the smooth scene's image", 1e-3, 1e6);
+    app.add("--scene", o.scenes, "of triangles and rectangular lamps", {});
     return run_study(app, o, count, arguments, run);
 }

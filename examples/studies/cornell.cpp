@@ -213,10 +213,9 @@ int main(int count, char** arguments) {
     command_line app("Bidirectional path tracing, photon mapping and unified path sampling at equal "
                      "time; writes cornell.csv and images.",
                      o);
-    add_number(app, "--seconds", o.seconds, "processor time of each run", 1e-3, 1e6);
+    app.add("--seconds", o.seconds, "processor time of each run", 1e-3, 1e6);
     add_compared(app, o, o.scenes);
-    add_number(app, "--runs", o.runs, "of each algorithm", 1, 1000);
-    add_number(app, "--radius", o.radius, "within which walks merge in pass 1, times that of the scene", 1e-3,
-               1e3);
+    app.add("--runs", o.runs, "of each algorithm", 1, 1000);
+    app.add("--radius", o.radius, "within which walks merge in pass 1, times that of the scene", 1e-3, 1e3);
     return run_study(app, o, count, arguments, run);
 }

@@ -464,8 +464,8 @@ int main(int count, char** arguments) {
     command_line app("Direct light of many lamps, chosen uniformly and by a trained distribution, by all "
                      "heuristics and by optimal weights; writes direct.csv and pictures.",
                      o);
-    add_number(app, "--samples", o.samples, "of each technique in each pixel", 1, 1000000);
-    add_number(app, "--tests", o.tests, "of each lamp in each cell, to train by", 1, 1000000);
-    add_number(app, "--cell", o.cell, "width of the cells; a room's is 4", 0.01, 100);
+    app.add("--samples", o.samples, "of each technique in each pixel", 1, 1000000);
+    app.add("--tests", o.tests, "of each lamp in each cell, to train by", 1, 1000000);
+    app.add("--cell", o.cell, "width of the cells; a room's is 4", 0.01, 100);
     return run_study(app, o, count, arguments, run);
 }

@@ -402,10 +402,10 @@ int main(int count, char** arguments) {
     command_line app("Direct light by BSDF and light samples, as many of each and as pilot samples have it; "
                      "writes direct_allocation.csv and pictures.",
                      o);
-    add_number(app, "--rays", o.rays, "in each pixel", 8, 16 * most_pilots);
-    add_number(app, "--runs", o.runs, "of each image", 8, 100000);
-    add_number(app, "--tile", o.tile, "width in pixels that share their counts", 1, 64);
-    add_number(app, "--around", o.around, "pixels around a tile, of which the pilots count", 0, 16);
-    add_number(app, "--least-share", o.least_share, "of each technique", 0, 0.5);
+    app.add("--rays", o.rays, "in each pixel", 8, 16 * most_pilots);
+    app.add("--runs", o.runs, "of each image", 8, 100000);
+    app.add("--tile", o.tile, "width in pixels that share their counts", 1, 64);
+    app.add("--around", o.around, "pixels around a tile, of which the pilots count", 0, 16);
+    app.add("--least-share", o.least_share, "of each technique", 0, 0.5);
     return run_study(app, o, count, arguments, run);
 }

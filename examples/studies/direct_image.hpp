@@ -19,20 +19,10 @@ struct options : image_options {
     int height() const { return 3 * size / 4; } // size: the width
 };
 
-inline void add_common(CLI::App& app, options& o) {
-    const CLI::Validator multiple_of_8(
-        [](const std::string& value) {
-            int n = 0;
-            const bool good = CLI::detail::lexical_cast(value, n) && n > 0 && n % 8 == 0;
-            return good ? std::string() : "not a positive multiple of 8: " + value;
-        },
-        "a multiple of 8");
-    add_common(app, static_cast<image_options&>(o));
-    app.add_option("--samples", o.samples, "of each estimator in each pixel")
-        ->check(multiple_of_8)
-        ->capture_default_str();
-    add_number(app, "--runs", o.runs, "images of each estimator", 2, 100000);
-    add_number(app, "--reference-samples", o.reference_samples, "in each pixel, at least 128", 1, 100000000);
+inline void add_samples(command_line& app, options& o) {
+    app.add_multiple("--samples", o.samples, "of each estimator in each pixel", 8);
+    app.add("--runs", o.runs, "images of each estimator", 2, 100000);
+    app.add("--reference-samples", o.reference_samples, "in each pixel, at least 128", 1, 100000000);
 }
 
 // ---- What is estimated ----

@@ -278,8 +278,10 @@ int main(int count, char** arguments) {
                      "compensated, and by both with each heuristic; writes environment.csv and a "
                      "picture.",
                      o);
-    app.add_option("--map", o.map,
-                   "OpenEXR or Radiance HDR file of an environment, equirectangular, up is "
-                   "the first row; else four that are synthesised");
+    add_samples(app, o);
+    app.add("--map", o.map,
+            "OpenEXR or Radiance HDR file of an environment, equirectangular, up is "
+            "the first row; else four that are synthesised",
+            {});
     return run_study(app, o, count, arguments, run);
 }

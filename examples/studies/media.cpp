@@ -204,12 +204,10 @@ int main(int count, char** arguments) {
     command_line app("Media by connections, by each family of merges and by all, at equal time; writes "
                      "media.csv and images.",
                      o);
-    add_number(app, "--seconds", o.seconds, "processor time of each run", 1e-3, 1e6);
+    app.add("--seconds", o.seconds, "processor time of each run", 1e-3, 1e6);
     add_compared(app, o, bpt::media_scene_names());
-    add_number(app, "--runs", o.runs, "of each algorithm", 1, 1000);
-    add_number(app, "--radius", o.radius, "of the first pass, as a part of the scene's", 1e-6, 1);
-    app.add_option("--mean-free-path", o.mean_free_paths, "of a box of fog, in its sizes")
-        ->check(CLI::Range(1e-3, 1e3) & tools::is_number)
-        ->capture_default_str();
+    app.add("--runs", o.runs, "of each algorithm", 1, 1000);
+    app.add("--radius", o.radius, "of the first pass, as a part of the scene's", 1e-6, 1);
+    app.add("--mean-free-path", o.mean_free_paths, "of a box of fog, in its sizes", 1e-3, 1e3);
     return run_study(app, o, count, arguments, run);
 }

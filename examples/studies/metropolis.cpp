@@ -94,10 +94,9 @@ int main(int count, char** arguments) {
                      "metropolis.csv and pictures.",
                      o);
     add_compared(app, o, bpt::all_scene_names());
-    add_number(app, "--runs", o.runs, "images of each estimate", 2, 100000);
-    add_number(app, "--passes", o.passes, "steps of the chains, and independent pairs, per pixel", 1,
-               1 << 20);
-    add_number(app, "--chains", o.chain.chains, "of an image", 1, 4096);
-    add_number(app, "--both", o.chain.both, "probability of exchanging both walks", 1e-3, 1);
+    app.add("--runs", o.runs, "images of each estimate", 2, 100000);
+    app.add("--passes", o.passes, "steps of the chains, and independent pairs, per pixel", 1, 1 << 20);
+    app.add("--chains", o.chain.chains, "of an image", 1, 4096);
+    app.add("--both", o.chain.both, "probability of exchanging both walks", 1e-3, 1);
     return run_study(app, o, count, arguments, run);
 }

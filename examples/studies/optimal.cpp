@@ -334,8 +334,7 @@ int main(int count, char** arguments) {
     command_line app("Errors of optimal weights and of the heuristics over the number of samples; writes "
                      "optimal.csv.",
                      o);
-    add_number(app, "--largest", o.largest, "samples of each technique are 1, 2, 4, ... up to this", 1,
-               1 << 20);
-    add_number(app, "--repetitions", o.repetitions, "independent estimates", 2, 10'000'000);
+    app.add("--largest", o.largest, "samples of each technique are 1, 2, 4, ... up to this", 1, 1 << 20);
+    app.add("--repetitions", o.repetitions, "independent estimates", 2, 10'000'000);
     return run_study(app, o, count, arguments, run);
 }

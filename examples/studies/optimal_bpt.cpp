@@ -171,14 +171,10 @@ int main(int count, char** arguments) {
     command_line app("Bidirectional path tracing by balance, power and optimal weights; writes "
                      "optimal_bpt.csv and images.",
                      o);
-    app.add_option("--scene", o.scenes, "of the reference renderer")
-        ->check(CLI::IsMember(bpt::scene_names()));
-    app.add_option("--tile", o.tiles, "widths of the tiles of pixels that share a system")
-        ->check(CLI::Range(1, 512))
-        ->capture_default_str();
-    add_number(app, "--passes", o.passes, "samples per pixel", 1, 1 << 20);
-    add_number(app, "--reference-seconds", o.reference_seconds, "processor time of each reference", 1e-3,
-               1e6);
-    add_number(app, "--radius", o.radius, "within which walks merge; 1 is the scene's radius", 1e-6, 1);
+    app.add("--scene", o.scenes, "of the reference renderer", bpt::scene_names());
+    app.add("--tile", o.tiles, "widths of the tiles of pixels that share a system", 1, 512);
+    app.add("--passes", o.passes, "samples per pixel", 1, 1 << 20);
+    app.add("--reference-seconds", o.reference_seconds, "processor time of each reference", 1e-3, 1e6);
+    app.add("--radius", o.radius, "within which walks merge; 1 is the scene's radius", 1e-6, 1);
     return run_study(app, o, count, arguments, run);
 }

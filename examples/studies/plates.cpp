@@ -106,5 +106,6 @@ int main(int count, char** arguments) {
     command_line app("Veach's plates: direct illumination by BSDF sampling, by light sampling, and by both "
                      "with each heuristic; writes plates.csv and pictures.",
                      o);
+    add_samples(app, o);
     return run_study(app, o, count, arguments, run);
 }

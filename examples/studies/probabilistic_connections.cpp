@@ -130,11 +130,11 @@ int main(int count, char** arguments) {
                      "probabilistic_connections.csv and pictures.",
                      o);
     add_compared(app, o, bpt::all_scene_names());
-    add_number(app, "--runs", o.runs, "images of each estimate", 2, 100000);
-    add_number(app, "--seconds", o.seconds, "processor time of each image", 1e-3, 1e6);
-    add_number(app, "--picks", o.pick.picks, "connections of each camera vertex", 1, 1024);
-    add_number(app, "--even", o.pick.even, "share of the probability that is even", 1e-3, 1);
-    add_number(app, "--cell", o.pick.cell, "width of a cell, as a part of the scene's radius", 0.05, 1);
-    app.add_flag("--no-roulette", o.no_roulette, "walks end where they leave the scene, and by their length");
+    app.add("--runs", o.runs, "images of each estimate", 2, 100000);
+    app.add("--seconds", o.seconds, "processor time of each image", 1e-3, 1e6);
+    app.add("--picks", o.pick.picks, "connections of each camera vertex", 1, 1024);
+    app.add("--even", o.pick.even, "share of the probability that is even", 1e-3, 1);
+    app.add("--cell", o.pick.cell, "width of a cell, as a part of the scene's radius", 0.05, 1);
+    app.add("--no-roulette", o.no_roulette, "walks end where they leave the scene, and by their length");
     return run_study(app, o, count, arguments, run);
 }

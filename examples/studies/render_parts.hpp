@@ -16,12 +16,11 @@ struct compared_options : image_options {
     int runs = 1;
     double reference_seconds = 1;
 };
-inline void add_compared(CLI::App& app, compared_options& o, const std::vector<std::string>& known_scenes) {
-    app.add_option("--scene", o.scenes, "of the reference renderer")
-        ->check(CLI::IsMember(known_scenes))
-        ->capture_default_str();
-    add_number(app, "--reference-seconds", o.reference_seconds, "processor time of each scene's reference",
-               1e-3, 1e6);
+inline void add_compared(command_line& app, compared_options& o,
+                         const std::vector<std::string>& known_scenes) {
+    app.add("--scene", o.scenes, "of the reference renderer", known_scenes);
+    app.add("--reference-seconds", o.reference_seconds, "processor time of each scene's reference", 1e-3,
+            1e6);
 }
 
 // Whether report_scene(name, o, csv) is good for all scenes.

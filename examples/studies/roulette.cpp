@@ -279,8 +279,7 @@ int main(int count, char** arguments) {
     command_line app("Roulette and splitting in the reference renderer: each mode in each scene for the "
                      "same time; writes roulette.csv and pictures.",
                      o);
-    add_number(app, "--seconds", o.seconds, "of processor time for each image", 0.01, 1e6);
-    app.add_option("--scene", o.scenes, "only these")
-        ->check(CLI::IsMember({"door", "glint", "cornell", "caustic", "glossy", "milk"}));
+    app.add("--seconds", o.seconds, "of processor time for each image", 0.01, 1e6);
+    app.add("--scene", o.scenes, "only these", {"door", "glint", "cornell", "caustic", "glossy", "milk"});
     return run_study(app, o, count, arguments, run);
 }

@@ -122,8 +122,6 @@ int main(int count, char** arguments) {
         "Weights under scaling of the scene, with and without the area of merges; writes "
         "scale.csv.",
         o);
-    app.add_option("--scene", o.scene, "of the reference renderer")
-        ->check(CLI::IsMember(bpt::scene_names()))
-        ->capture_default_str();
+    app.add("--scene", o.scene, "of the reference renderer", bpt::scene_names());
     return studies::run_study(app, o, count, arguments, run_both);
 }

@@ -4,14 +4,15 @@
 #include <cmath>
 #include <cstdarg>
 #include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
 #include <thread>
+#include <tools/files.hpp>
 #include <tools/program.hpp>
-#include <type_traits>
 #include <vector>
 
 namespace studies {
-
-constexpr const char* exit_statuses = "Exit status: 0 all checks pass, 1 some do not, 2 bad input or output.";
 
 // The options that all studies have, and those that studies with images have.
 struct common_options {
@@ -23,37 +24,41 @@ struct image_options : common_options {
     int size = 64, threads = static_cast<int>(std::thread::hardware_concurrency());
 };
 
-// An option with a least and a greatest value.
-template <class T>
-void add_number(CLI::App& app, const std::string& name, T& value, const std::string& what,
-                std::common_type_t<T> least, std::common_type_t<T> greatest) {
-    app.add_option(name, value, what)
-        ->check(CLI::Range(least, greatest) & tools::is_number)
-        ->capture_default_str();
-}
-inline void add_common(CLI::App& app, common_options& o) {
-    app.add_option("--output", o.output, "folder to write to")->capture_default_str();
-    app.add_option("--seed", o.seed, "of all random numbers")->capture_default_str();
-    app.add_flag("--report-only", o.report_only, "a missed bar is no failure: for runs too short to meet it");
-}
-inline void add_common(CLI::App& app, image_options& o) {
-    add_common(app, static_cast<common_options&>(o));
-    add_number(app, "--size", o.size, "width and height in pixels", 4, 1024);
-    add_number(app, "--threads", o.threads, "that render", 1, 1024);
-}
+// The command line of a study: what the study says of itself, the common options, and its own. CLI11 is long
+// to compile: only study.cpp knows it.
+class command_line {
+public:
+    command_line(const std::string& what, common_options& o);
+    command_line(const std::string& what, image_options& o);
+    ~command_line();
 
-// The command line of a study: what the study says of itself, and the common options. Its own are added.
-struct command_line : CLI::App {
-    template <class Options>
-    command_line(const std::string& what, Options& o) : CLI::App(what + "\n" + exit_statuses) {
-        add_common(*this, o);
-    }
+    // One number, or several, between a least and a greatest.
+    void add(const std::string& name, int& value, const std::string& what, int least, int greatest);
+    void add(const std::string& name, double& value, const std::string& what, double least, double greatest);
+    void add(const std::string& name, std::vector<int>& values, const std::string& what, int least,
+             int greatest);
+    void add(const std::string& name, std::vector<double>& values, const std::string& what, double least,
+             double greatest);
+    void add_multiple(const std::string& name, int& value, const std::string& what, int of);
+    // One word, or several; of `known` ones, unless that is empty.
+    void add(const std::string& name, std::string& word, const std::string& what,
+             const std::vector<std::string>& known);
+    void add(const std::string& name, std::vector<std::string>& words, const std::string& what,
+             const std::vector<std::string>& known);
+    void add(const std::string& name, bool& flag, const std::string& what);
+
+    // Parses it and does the work, as tools::run_program does; work tells whether all checks pass.
+    int run(int count, char** arguments, const std::function<bool()>& work);
+
+private:
+    struct parser;
+    std::unique_ptr<parser> all;
+    const bool& report_only;
 };
 
-// Parses it and runs the study, as tools::run_program does; run(options) tells whether all checks pass.
 template <class Options, class Run>
 int run_study(command_line& app, const Options& o, int count, char** arguments, Run&& run) {
-    return tools::run_program(app, count, arguments, [&] { return run(o) || o.report_only ? 0 : 1; });
+    return app.run(count, arguments, [&] { return run(o); });
 }
 
 // A CSV file in a folder that is made where it is missing. Lines are written as they come, so that nothing

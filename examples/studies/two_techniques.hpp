@@ -124,7 +124,7 @@ template <class Run>
 int run_with_passes(const std::string& what, int passes, int count, char** arguments, Run&& run) {
     pass_options o{{}, passes};
     command_line app(what, o);
-    add_number(app, "--passes", o.passes, "simulated for each variance", 1000, 1'000'000'000);
+    app.add("--passes", o.passes, "simulated for each variance", 1000, 1'000'000'000);
     return run_study(app, o, count, arguments, run);
 }
 

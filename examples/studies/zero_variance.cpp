@@ -251,7 +251,7 @@ int main(int count, char** arguments) {
     command_line app("Roulette, splitting and zero-variance choices in a rod whose adjoint is known; writes "
                      "zero_variance.csv and zero_variance_walks.csv.",
                      o);
-    add_number(app, "--walks", o.walks, "simulated, by each rule and for each length", 1'000, 100'000'000);
-    add_number(app, "--longest", o.longest, "length of the rod, in mean free paths", 2, 30);
+    app.add("--walks", o.walks, "simulated, by each rule and for each length", 1'000, 100'000'000);
+    app.add("--longest", o.longest, "length of the rod, in mean free paths", 2, 30);
     return run_study(app, o, count, arguments, run);
 }
