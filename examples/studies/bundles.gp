@@ -7,9 +7,9 @@ set datafile separator comma
 set logscale xy
 set xlabel "seconds of the processor"
 set ylabel "RMS error, over that of the radiance"
-set xrange [0.08:3]
-set ytics (0.03, 0.05, 0.1, 0.2, 0.3)
-set yrange [0.03:0.3]
+set xrange [0.2:10]
+set ytics (0.02, 0.05, 0.1, 0.2)
+set yrange [0.015:0.2]
 set grid lc rgb "#dddddd"
 set key top right
 
