@@ -9,10 +9,12 @@ namespace bpt {
 
 using tools::in_parallel;
 
-// What some light walks leave: photons on surfaces and in media, and beams.
+// What some light walks leave: photons on surfaces and in media, and beams. The walks themselves where that
+// is asked for: to trace them anew takes less memory, but in media it takes time.
 template <class Real> struct left_by_light {
     std::vector<photon<Real>> photons, in_media;
     std::vector<beam<Real>> beams;
+    std::vector<walk<Real>> walks;
 };
 template <class Real>
 void add_left(const walk<Real>& walk, std::size_t number, const roulette<Real>& roulette,
@@ -35,7 +37,12 @@ template <class Renderer> auto trace_all_light_walks(const Renderer& renderer, i
         walk<Real> light;
         for (std::size_t pixel = first; pixel < first + width; ++pixel) {
             renderer.trace_light_walk(pass, pixel, light);
-            add_left(light, pixel, renderer.weigh.roulette, rows[static_cast<std::size_t>(row)]);
+            auto& left = rows[static_cast<std::size_t>(row)];
+            add_left(light, pixel, renderer.weigh.roulette, left);
+            if (has_media(renderer.scene) && renderer.connects_light_walks()) {
+                light.beams.clear(); // which are not connected
+                left.walks.push_back(light);
+            }
         }
     });
     return rows;
@@ -51,7 +58,8 @@ std::vector<T> concatenated(std::vector<left_by_light<Real>>& rows,
     std::vector<T> all;
     all.reserve(count);
     for (auto& row : rows) {
-        all.insert(all.end(), (row.*which).begin(), (row.*which).end());
+        all.insert(all.end(), std::make_move_iterator((row.*which).begin()),
+                   std::make_move_iterator((row.*which).end()));
         row.*which = {};
     }
     return all;
@@ -61,13 +69,14 @@ std::vector<T> concatenated(std::vector<left_by_light<Real>>& rows,
 template <class Real> struct media_map {
     photon_map<Real> points;
     std::vector<beam<Real>> beams;
+    std::vector<walk<Real>> walks; // all, where they are connected
     std::vector<std::uint32_t> beam_of_piece;
     box_tree points_by_box, pieces_by_box; // as far as the radii reach
 
     // A box about all of a long beam would be passed by nearly every line. So pieces of beams have boxes: of
     // this length, longer where the beam is far from where it started.
     media_map(std::vector<photon<Real>> photons, std::vector<beam<Real>> light_beams,
-              const media_merges<Real>& merges, Real piece);
+              std::vector<walk<Real>> light_walks, const media_merges<Real>& merges, Real piece);
 
     // The beams that may be near a piece of a line, or a point, each once.
     void find_beams_along(const beam<Real>& line, std::vector<std::uint32_t>& found) const;
@@ -94,8 +103,9 @@ inline void to_beams(const std::vector<std::uint32_t>& beam_of_piece, std::vecto
 
 template <class Real>
 media_map<Real>::media_map(std::vector<photon<Real>> photons, std::vector<beam<Real>> light_beams,
-                           const media_merges<Real>& merges, Real piece)
-    : points(std::move(photons)), beams(std::move(light_beams)), points_by_box([&] {
+                           std::vector<walk<Real>> light_walks, const media_merges<Real>& merges, Real piece)
+    : points(std::move(photons)), beams(std::move(light_beams)), walks(std::move(light_walks)),
+      points_by_box([&] {
           std::vector<box> boxes;
           for (const auto& p : points.photons)
               if (merges.sizes.point_beam > Real(0))
@@ -136,9 +146,9 @@ template <class Renderer> auto trace_photons(const Renderer& renderer, int pass)
 template <class Real>
 std::shared_ptr<const media_map<Real>> make_media_map(std::vector<left_by_light<Real>>& left,
                                                       const media_merges<Real>& merges, Real scene_radius) {
-    return std::make_shared<const media_map<Real>>(concatenated(left, &left_by_light<Real>::in_media),
-                                                   concatenated(left, &left_by_light<Real>::beams), merges,
-                                                   scene_radius / 16);
+    return std::make_shared<const media_map<Real>>(
+        concatenated(left, &left_by_light<Real>::in_media), concatenated(left, &left_by_light<Real>::beams),
+        concatenated(left, &left_by_light<Real>::walks), merges, scene_radius / 16);
 }
 
 // ---- Which are near: the kernels' domains ----
@@ -216,23 +226,25 @@ void merge_beam(const sample_pair<Real, Weights>& pair, const media_map<Real>& m
                 Sink&& sink, std::vector<std::uint32_t>& found) {
     using family = mis::merge_family;
     const media_merges<Real>& merges = pair.weigh.media;
-    // The walk as it would be, had it stopped on the beam.
-    std::vector<vertex<Real>> camera(static_cast<std::size_t>(beam.vertices));
-    const vertex<Real>* from = &pair.camera[beam.place];
-    for (std::size_t i = camera.size() - 1; i-- > 0; from = i > 0 ? &previous(*from) : from) {
-        camera[i] = *from;
-        camera[i].back = 1;
-    }
-    const auto stop_at = [&](Real distance) {
-        camera.back() = vertex_on(pair.weigh, pair.scene, walk_kind::from_camera, beam, distance);
+    // The walk as it would be, had it stopped on the beam; made for the first that is near.
+    std::vector<vertex<Real>> camera;
+    const auto stop_at = [&](Real distance) -> const vertex<Real>& {
+        if (camera.empty()) {
+            camera.resize(static_cast<std::size_t>(beam.vertices));
+            const vertex<Real>* from = &pair.camera[beam.place];
+            for (std::size_t i = camera.size() - 1; i-- > 0; from = i > 0 ? &previous(*from) : from) {
+                camera[i] = *from;
+                camera[i].back = 1;
+            }
+        }
+        return camera.back() = vertex_on(pair.weigh, pair.scene, walk_kind::from_camera, beam, distance);
     };
     if (merges.sizes.point_beam > Real(0)) {
         find_along(map.points_by_box, beam, found);
         for (const std::uint32_t i : found) {
             const photon<Real>& photon = map.points.photons[i];
             if (const auto at = beside(beam, photon.position, merges.radii.point_beam)) {
-                stop_at(*at);
-                merge_in_medium(pair, family::point_beam, camera.back(), photon, sink);
+                merge_in_medium(pair, family::point_beam, stop_at(*at), photon, sink);
             }
         }
     }
@@ -241,10 +253,9 @@ void merge_beam(const sample_pair<Real, Weights>& pair, const media_map<Real>& m
         for (const std::uint32_t i : found) {
             const auto& b = map.beams[i];
             if (const auto at = across(beam, b, merges.radii.beam_beam)) {
-                stop_at(at->first);
+                const auto& x = stop_at(at->first);
                 const auto y = vertex_on(pair.weigh, pair.scene, walk_kind::from_light, b, at->second);
-                merge_in_medium(pair, family::beam_beam, camera.back(),
-                                photon_at(y, b.walk, pair.weigh.roulette), sink);
+                merge_in_medium(pair, family::beam_beam, x, photon_at(y, b.walk, pair.weigh.roulette), sink);
             }
         }
     }

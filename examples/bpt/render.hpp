@@ -85,6 +85,11 @@ template <class Real, class Heuristic = mis::balance_heuristic> struct renderer 
 
     bool merges() const { return set.counts.merge > Real(0) || (has_media(scene) && set.media.any()); }
 
+    bool connects_light_walks() const {
+        const auto& counts = weigh.counts;
+        return counts.connection + counts.camera_connection + counts.direct > Real(0);
+    }
+
     // The light walk of a pixel where walks merge, by a generator that the camera walks do not use: the same
     // whenever it is traced.
     void trace_light_walk(int pass, std::size_t pixel, walk<Real>& walk) const {
@@ -109,13 +114,14 @@ template <class Real, class Heuristic = mis::balance_heuristic> struct renderer 
     }
 
     // Makes all paths of one row of one pass: sink(contribution, complete path). With photons, the light
-    // walks are those that left them, traced anew. With visits, these tell what the row's walks have done.
+    // walks are those that left them, traced anew where they have not been kept. With visits, these tell what
+    // the row's walks have done.
     template <class Sink>
     void render_row(int pass, int row, Sink&& sink, const photon_map<Real>* photons = nullptr,
                     row_visits<Real>* visits = nullptr) const {
         sample_pair<Real, path_weights> pair{scene, weigh, set.width, 0, set.longest, {}, {}};
         const auto& counts = weigh.counts;
-        const bool from_light = counts.connection + counts.camera_connection + counts.direct > Real(0);
+        const bool from_light = connects_light_walks();
         const bool from_camera =
             counts.light_hit + counts.next_event + counts.connection > Real(0) || merges();
         const auto weighed = [&](contribution<Real> c, const complete_path<Real>& path) {
@@ -144,7 +150,9 @@ template <class Real, class Heuristic = mis::balance_heuristic> struct renderer 
             if (from_camera)
                 walk_from_camera(scene, weigh, set.width, x * to_film - 1, 1 - y * to_film,
                                  {longest_camera_walk(), set.merges_once}, pair.camera, rng);
-            if (from_light && photons)
+            if (from_light && photons && photons->media)
+                pair.light = photons->media->walks[static_cast<std::size_t>(pair.pixel)];
+            else if (from_light && photons)
                 trace_light_walk(pass, static_cast<std::size_t>(pair.pixel), pair.light);
             else if (from_light)
                 walk_from_light(scene, weigh, longest_light_walk(), pair.light, rng);

@@ -583,13 +583,13 @@ void milk(builder& b) {
 void haze(builder& b) {
     cornell_walls(b);
     for (auto& wall : b.s.materials) {
-        wall.diffuse = dvec3(0.05);
-        wall.survival = 0.05;
+        wall.diffuse = dvec3(0.03);
+        wall.survival = 0.03;
     }
     lamp_behind_glass(b, 5, 13, 8000, 0);
     closed_block(b, {-5, -5, -12}, {561, 554, -4}, b.glass(1.5));
     b.s.radius = 495;
-    b.s.medium = b.medium(dvec3(0.0002, 0.0003, 0.0005), dvec3(0.95), 0.7);
+    b.s.medium = b.medium(dvec3(0.0004, 0.0006, 0.001), dvec3(0.95), 0.7);
 }
 
 const std::map<std::string, void (*)(builder&)>& builders() {

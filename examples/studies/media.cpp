@@ -24,8 +24,9 @@ struct options : compared_options {
 constexpr int shortest = 3; // paths of fewer vertices are lights that the camera sees
 const std::vector<std::string> names{"bpt", "point-point", "point-beam", "beam-point", "beam-beam", "upbp"};
 
-bpt::renderer<real> make_renderer(const bpt::scene<real>& scene, const options& o, const std::string& name,
-                                  std::uint64_t seed, double radius) {
+bpt::renderer<real, mis::power_heuristic<>> make_renderer(const bpt::scene<real>& scene, const options& o,
+                                                          const std::string& name, std::uint64_t seed,
+                                                          double radius) {
     const real walks = static_cast<real>(o.size) * static_cast<real>(o.size);
     auto s = settings_of<bpt::settings<real>>(o, seed);
     s.merge_radius = radius * scene.radius;
