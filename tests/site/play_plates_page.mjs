@@ -164,7 +164,13 @@ expect(`specks with beta 0.1, fewer with 2: ${with_specks}, ${without}`, with_sp
 
 await page.selectOption("#heuristic", "optimal");
 await click("picture", 197, 82);
-expect_errors("optimal", await compare("optimal"), { optimal: 0.24, power: 2.6 });
+const mirror = await compare("optimal");
+expect_errors("optimal", mirror, { optimal: 0.24, power: 2.6 });
+expect("balance, cutoff and maximum are no better than power there",
+    ["balance", "cutoff", "maximum"].every((name) => mirror[name].variance > mirror.power.variance));
+const { average } = mirror;
+expect("average has a variance of 3600, of which passes show little",
+    Math.abs(average.variance - 3600) < 50 && average.seen < average.variance / 10);
 await painted();
 if (shots) await page.screenshot({ path: path.join(shots, "play_plates_page.png"), fullPage: true });
 

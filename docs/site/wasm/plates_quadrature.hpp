@@ -122,13 +122,17 @@ struct rule {
     }
 };
 
+inline const rule& rule_with(int nodes) {
+    static const rule of_fine(fine.nodes), of_coarse(coarse.nodes);
+    return nodes == fine.nodes ? of_fine : of_coarse;
+}
+
 // A light as the point sees it, in polar coordinates about an axis.
 class light_quadrature {
 public:
     light_quadrature(const scene& of, const seen_point& from, std::size_t of_light, const setting& s,
                      const fineness& how)
-        : world(of), at(from), which(of_light), set(s), fineness_of(how),
-          rule_of(how.nodes == fine.nodes ? fine_rule() : coarse_rule()) {
+        : world(of), at(from), which(of_light), set(s), fineness_of(how), rule_of(rule_with(how.nodes)) {
         const reflector& paint = world.rectangles[at.rectangle].paint;
         is_diffuse = paint.roughness == 0;
         // A diffuse surface has no lobe: there the light's middle is the axis.
@@ -180,15 +184,6 @@ private:
         double from, to;
         bool is_empty;
     };
-
-    static const rule& fine_rule() {
-        static const rule r(fine.nodes);
-        return r;
-    }
-    static const rule& coarse_rule() {
-        static const rule r(coarse.nodes);
-        return r;
-    }
 
     dvec3 to_center(std::size_t i) const {
         return world.rectangles[at.rectangle].to_local(world.lights[i].center - at.position);
@@ -254,7 +249,7 @@ private:
     // Powers that are steeper need shorter pieces.
     double sharpness() const { return fineness_of.finds_jumps ? set.beta / 2 : 1; }
 
-    // Cuts the ray where weights jump and where something begins or ends to hide the light.
+    // Cuts the ray where weights jump, and where something may begin or end to hide the light.
     void find_cuts(const dvec3& side) {
         const double from = cuts[0], to = cuts[1];
         const auto cut = [&](double t) {
@@ -271,27 +266,31 @@ private:
         for (const dvec3& edge : edges)
             if (const double rho = std::atan2(dot(edge, axis), -dot(edge, side)); rho != 0)
                 cut(t_of(rho > 0 ? rho : rho + pi));
+        if (set.counts[bsdf] > 0 && set.counts[light] > 0)
+            find_jumps(side, cut);
+        std::sort(cuts.begin(), cuts.end());
+    }
+
+    // Calls cut(t) where weights jump: densities are as large as each other, or cutoff's alpha apart.
+    template <class Cut> void find_jumps(const dvec3& side, const Cut& cut) {
+        const double from = cuts[0], to = cuts[1];
         const int steps = std::max(4, int(std::ceil((to - from) / 0.4)));
-        const auto place = [&](int k) { return from + (to - from) * k / steps; };
         // log of n p of BSDF sampling over that of light sampling.
         const auto ratio = [&](double t) {
             const double p =
                 bsdf_density(world.rectangles[at.rectangle].paint, at.from, direction(side, rho_of(t)));
             return std::log(std::max(1e-300, set.counts[bsdf] * p) / (set.counts[light] * p_light));
         };
-        const bool is_mixed = set.counts[bsdf] > 0 && set.counts[light] > 0;
-        double ratio_before = is_mixed ? ratio(from) : 0;
+        double before = from, ratio_before = ratio(from);
         for (int k = 1; k <= steps; ++k) {
-            if (is_mixed) {
-                const double ratio_here = ratio(place(k));
-                for (const double jump : {std::log(mis::cutoff.alpha), 0.0, -std::log(mis::cutoff.alpha)})
-                    if ((ratio_before < jump) != (ratio_here < jump))
-                        cut(root([&](double t) { return ratio(t) - jump; }, place(k - 1), place(k),
-                                 ratio_before - jump, ratio_here - jump));
-                ratio_before = ratio_here;
-            }
+            const double here = from + (to - from) * k / steps, ratio_here = ratio(here);
+            for (const double jump : {std::log(mis::cutoff.alpha), 0.0, -std::log(mis::cutoff.alpha)})
+                if ((ratio_before < jump) != (ratio_here < jump))
+                    cut(root([&](double t) { return ratio(t) - jump; }, before, here, ratio_before - jump,
+                             ratio_here - jump));
+            before = here;
+            ratio_before = ratio_here;
         }
-        std::sort(cuts.begin(), cuts.end());
     }
 
     // By secants, of which one end stays unless the other has stayed twice (Illinois).
@@ -317,6 +316,7 @@ private:
         }
         return (a + b) / 2;
     }
+
     const scene& world;
     const seen_point& at;
     std::size_t which;
@@ -460,8 +460,8 @@ inline exact evaluate(const scene& of, const setting& s, const of_lights& lights
         e.bsdf_weight[h] = by_bsdf;
     }
     const coefficients alpha = solve(s, lights, mean_b);
-    double& by_bsdf =
-        e.bsdf_weight[optimal]; // the integral of w f: alpha p + n p / D (f - sum_k alpha_k p_k)
+    // The integral of w f: alpha p + n p / D (f - sum_k alpha_k p_k).
+    double& by_bsdf = e.bsdf_weight[optimal];
     by_bsdf = s.counts[bsdf] * mean_b[0];
     e.variance[optimal] = -alpha[0] * mean_b[0];
     for (std::size_t i = 0; i < light_count; ++i) {
