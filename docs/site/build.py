@@ -25,7 +25,7 @@ menu = {
         "migrate", "migrate_three_numbers", "migrate_pbrt", "migrate_path_tracers", "migrate_hard_cases", "end_points"],
     "When the image is wrong": ["wrong_weights", "check", "path_dump", "unit_tests"],
     "Which heuristic, how many samples": [
-        "play", "direct_lighting", "heuristics", "multipliers", "optimal", "allocation", "sequences", "bias"],
+        "play", "play_plates", "direct_lighting", "heuristics", "multipliers", "optimal", "allocation", "sequences", "bias"],
     "How it works": ["recursion", "performance", "many_machines"],
 }
 not_public = ["config"]

@@ -134,14 +134,14 @@ def build_check(folder):
     return "const check_program = " + json.dumps(worker) + ";\n"
 
 
-def build_play(folder):
-    """play_program.js: a function that loads the program."""
+def build_play(folder, name):
+    """NAME_program.js: a function that loads the program."""
     pcg = [f"/usr/include/pcg_{part}.hpp" for part in ["random", "extras", "uint128"]]
     includes = headers_of_debian(
-        folder / "play_headers", ["/usr/include/nlohmann", "/usr/include/eigen3/Eigen", *pcg])
+        folder / "play_headers", ["/usr/include/nlohmann", "/usr/include/eigen3/Eigen", "/usr/include/glm", *pcg])
     includes += ["-I", root / "include", "-I", root / "examples"]
-    made = folder / "play.js"
-    compile_and_link("play", [here / "wasm" / "play.cpp"], includes, made,
+    made = folder / f"{name}.js"
+    compile_and_link(name, [here / "wasm" / f"{name}.cpp"], includes, made,
                      ["-sENVIRONMENT=web", "-sALLOW_MEMORY_GROWTH", "-sEXPORTED_RUNTIME_METHODS=ccall"])
     return made.read_text()
 
@@ -153,4 +153,5 @@ def build(folder, static):
             fail(f"there is no {needed}: install {package}")
     folder.mkdir(parents=True, exist_ok=True)
     (static / "check_program.js").write_text(build_check(folder))
-    (static / "play_program.js").write_text(build_play(folder))
+    for name in ["play", "play_plates"]:
+        (static / f"{name}_program.js").write_text(build_play(folder, name))

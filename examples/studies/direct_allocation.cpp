@@ -267,7 +267,7 @@ image to_picture(const lit_scene& s, const image& m) {
     image shown = m;
     for (dvec3& pixel : shown.pixels)
         for (int c = 0; c < 3; ++c)
-            pixel[c] = detail::to_srgb(1 - std::exp(-s.exposure * std::max(0.0, pixel[c])));
+            pixel[c] = to_srgb(1 - std::exp(-s.exposure * std::max(0.0, pixel[c])));
     return shown;
 }
 image split_picture(const lit_scene& s, const image& split) {

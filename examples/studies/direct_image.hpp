@@ -3,10 +3,9 @@
 // squared errors; and whether every mean is right. Light that the camera sees directly is no part of it.
 #pragma once
 
+#include "direct_light.hpp"
 #include "panels.hpp"
 #include "pixels.hpp"
-#include "reflection.hpp"
-#include <array>
 #include <mis/mis.hpp>
 #include <mis/optimal/solve.hpp>
 #include <numeric>
@@ -26,15 +25,6 @@ inline void add_samples(command_line& app, options& o) {
 }
 
 // ---- What is estimated ----
-
-enum technique : std::size_t { bsdf, light };
-using pair = std::array<double, 2>; // of both techniques
-
-struct draw {
-    dvec3 f{0};
-    pair p{};               // densities per solid angle, of one sample each; 0: it has left the domain
-    std::size_t source = 0; // below model::sources
-};
 
 // Light at one point in each pixel.
 struct model {
@@ -95,8 +85,6 @@ inline weights weights_of(const pair& p, technique own) {
     return {double(own == bsdf), double(own == light), mis::average(a, b), mis::balance(a, b),
             mis::power(a, b),    mis::cutoff(a, b),    mis::maximum(a, b)};
 }
-
-inline bool is_outside(const draw& d) { return !(d.p[bsdf] > 0 || d.p[light] > 0); }
 
 // What a sample would add by optimal weights, were it the only one of its technique. Half of the integral
 // that is known already is each technique's.
@@ -402,14 +390,6 @@ inline bool check_means(const model& m, const options& o, const results& all, co
 inline bool check_weights(const results& all) {
     return report(all.off <= 1e-15,
                   text("both weights of a sample are 1 in sum within %.2g (bar: 1e-15)", all.off));
-}
-
-// ---- What is shown ----
-
-// Keeps the hue of what is brighter than the screen.
-inline dvec3 tone_mapped(const dvec3& radiance, double exposure) {
-    const double brightest = exposure * std::max({radiance.x, radiance.y, radiance.z});
-    return brightest > 0 ? radiance * (exposure * (1 - std::exp(-brightest)) / brightest) : dvec3(0);
 }
 
 } // namespace studies::direct_light

@@ -2,12 +2,12 @@
 // incompressible without loss.
 #pragma once
 
+#include "colors.hpp"
 #include "study.hpp"
 #include <algorithm>
 #include <cairo.h>
 #include <cstdlib>
 #include <functional>
-#include <glm/glm.hpp>
 #include <jpeglib.h>
 #include <memory>
 
@@ -36,12 +36,6 @@ struct color_bar {
     std::string left, right;
 };
 
-// From blue at 0 by way of white to orange at 1, as the share of one of two techniques is shown.
-inline glm::dvec3 blue_to_orange(double x) {
-    const glm::dvec3 blue(0.15, 0.33, 0.74), white(0.95), orange(0.91, 0.44, 0.0);
-    return x < 0.5 ? mix(blue, white, 2 * x) : mix(white, orange, 2 * x - 1);
-}
-
 namespace detail {
 
 using surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
@@ -49,10 +43,6 @@ using context = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
 
 inline surface make_surface(int width, int height) {
     return {cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height), cairo_surface_destroy};
-}
-
-inline double to_srgb(double linear) {
-    return linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
 }
 
 // RGB24 has a pixel in 32 bits, 0x00RRGGBB, whatever the order of bytes.

@@ -8,6 +8,7 @@
 // quarter of the n goes to each light, so that the density of light sampling as a whole is a quarter of that
 // in the cone. A combination has n / 2 of each technique. Lights that the camera sees directly are no part of
 // an estimate: there is only one technique for them.
+#include "direct_image.hpp"
 #include "plates_model.hpp"
 
 namespace {

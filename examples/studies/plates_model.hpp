@@ -3,8 +3,9 @@
 // and light sampling.
 #pragma once
 
-#include "direct_image.hpp"
+#include "direct_light.hpp"
 #include <optional>
+#include <vector>
 
 namespace studies::plates {
 

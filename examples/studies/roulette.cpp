@@ -184,8 +184,7 @@ image picture_of(const outcome& x, double exposure) {
     image shown(x.film.sum.width, x.film.sum.width);
     for (std::size_t i = 0; i < shown.pixels.size(); ++i)
         for (int c = 0; c < 3; ++c)
-            shown.pixels[i][c] =
-                detail::to_srgb(std::clamp(exposure / x.passes * x.film.sum.pixels[i][c], 0.0, 1.0));
+            shown.pixels[i][c] = to_srgb(std::clamp(exposure / x.passes * x.film.sum.pixels[i][c], 0.0, 1.0));
     return shown;
 }
 image enlarged(const image& small, int times) {
