@@ -14,7 +14,7 @@ using namespace studies::bundles;
 
 struct options : image_options {
     int patches = 4000, runs = 8;
-    double pilot_share = 0.05;                                       // of the time
+    double pilot_share = 0.05;                                        // of the time
     double seconds = 8, reference_seconds = 240, smooth_seconds = 40; // of the processor
     std::vector<std::string> scenes{"glossy_floor"};
     options() { size = 256; }
