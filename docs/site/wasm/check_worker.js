@@ -8,7 +8,7 @@ onmessage = async ({ data: file }) => {
     });
     const { FS, WORKERFS } = program;
     // In large blocks: each costs a round trip to the process that may read files.
-    const reader = new FileReaderSync(), block_size = 4 << 20;
+    const reader = new FileReaderSync(), block_size = 16 << 20;
     let block = new Uint8Array(), start_of_block = 0;
     WORKERFS.stream_ops.read = (stream, buffer, offset, length, position) => {
         if (position >= file.size) return 0;
