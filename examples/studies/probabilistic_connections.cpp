@@ -115,10 +115,10 @@ bool report_scene(const std::string& name, const options& o, csv_file& csv) {
 bool run(const options& o) {
     return report_scenes(
         o,
-        csv_file(o.output, "probabilistic_connections.csv",
-                 "scene,light_vertices,connections,runs,seconds,seed,passes,mse,standard_error,rms_error,"
-                 "over_random,"
-                 "standard_error_of_ratio,relative_mse,relative_over_random,standard_error_of_that"),
+        csv_file(
+            o.output, "probabilistic_connections.csv",
+            "scene,light_vertices,connections,runs,seconds,seed,passes,mse,standard_error,rms_error,"
+            "over_random,standard_error_of_ratio,relative_mse,relative_over_random,standard_error_of_that"),
         report_scene);
 }
 

@@ -119,9 +119,7 @@ bool run_both(const options& o) {
 int main(int count, char** arguments) {
     options o;
     studies::command_line app(
-        "Weights under scaling of the scene, with and without the area of merges; writes "
-        "scale.csv.",
-        o);
+        "Weights under scaling of the scene, with and without the area of merges; writes scale.csv.", o);
     app.add("--scene", o.scene, "of the reference renderer", bpt::scene_names());
     return studies::run_study(app, o, count, arguments, run_both);
 }

@@ -3,35 +3,17 @@
 //     node play_page.mjs SITE BUILD [FOLDER]
 // The program is compiled into BUILD; screenshots go to FOLDER.
 import axe from "axe-core";
-import { execFileSync } from "node:child_process";
-import { existsSync, mkdirSync } from "node:fs";
 import path from "node:path";
-import { fileURLToPath } from "node:url";
-import { fail, find_inaccessible, finish, launch, open, window_of } from "./reader.mjs";
+import { expect, play_with } from "./play.mjs";
+import { fail, find_inaccessible, finish } from "./reader.mjs";
 
-const [site, build, shots] = process.argv.slice(2).map((p) => path.resolve(p));
-if (!build || ![path.join(site, "play.html"), build].every(existsSync)) {
-    console.error("usage: node play_page.mjs SITE BUILD [FOLDER]; SITE has play.html");
-    process.exit(2);
-}
-if (shots) mkdirSync(shots, { recursive: true });
-const oracle = path.join(build, "play_oracle");
-execFileSync(process.env.CXX ?? "g++", ["-std=c++17", "-O2", "-Wall", "-Wextra", "-Werror",
-    path.join(path.dirname(fileURLToPath(import.meta.url)), "play_oracle.cpp"), "-o", oracle]);
+const { shots, browser, view, page, setting, answered, native: oracle } = await play_with("play");
 
-const browser = await launch();
-const view = await window_of(browser, site, "light", 1280);
-const { page } = view;
-await open(view, "play.html");
-await page.waitForSelector("#play[data-setting]", { timeout: 20000 });
-
-const setting = () => page.evaluate(() => JSON.parse(document.getElementById("play").dataset.setting));
 const variances = () => page.evaluate(() => Object.fromEntries([...document.querySelectorAll("#variances tr")]
     .map((row) => [row.cells[0].textContent, Number(row.cells[2].dataset.variance)])));
 function native({ share, f, p, counts, beta }) {
     const numbers = [share, ...[...f, ...p].flatMap((g) => [g.mean, g.deviation]), ...counts, beta];
-    return Object.fromEntries(execFileSync(oracle, numbers.map(String), { encoding: "utf8" }).trim().split("\n")
-        .map((line) => line.split(" ")).map(([name, number]) => [name, Number(number)]));
+    return Object.fromEntries(Object.entries(oracle(...numbers)).map(([name, [variance]]) => [name, variance]));
 }
 
 // Midpoints are exact for what is smooth. Weights that jump cost a part of a cell, here and there. Of variances beyond
@@ -40,7 +22,7 @@ const tolerance = { average: 1e-6, balance: 1e-6, power: 1e-6, cutoff: 1e-4, max
 const infinite = 1e6;
 let farthest = 0;
 async function compare(what) {
-    await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+    await answered();
     view.place = what;
     const ours = await variances(), right = native(await setting());
     for (const [name, expected] of Object.entries(right)) {
@@ -74,9 +56,6 @@ async function slide(input, key, times) {
     await page.focus(`#${input}`);
     for (let i = 0; i < times; ++i) await page.keyboard.press(key);
     return compare(`${input}: ${times} ${key}`);
-}
-function expect(what, is_so) {
-    if (!is_so) fail(what, "is not so");
 }
 
 // The example of the page on heuristics, with the variances that it says.

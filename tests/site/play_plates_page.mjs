@@ -3,39 +3,16 @@
 //     node play_plates_page.mjs SITE BUILD [FOLDER]
 // The program is compiled into BUILD; screenshots go to FOLDER.
 import axe from "axe-core";
-import { execFileSync } from "node:child_process";
-import { existsSync, mkdirSync } from "node:fs";
 import path from "node:path";
-import { fileURLToPath } from "node:url";
-import { fail, find_inaccessible, finish, launch, open, window_of } from "./reader.mjs";
+import { expect, play_with } from "./play.mjs";
+import { fail, find_inaccessible, finish, open, window_of } from "./reader.mjs";
 
-const [site, build, shots] = process.argv.slice(2).map((p) => path.resolve(p));
-if (!build || ![path.join(site, "play_plates.html"), build].every(existsSync)) {
-    console.error("usage: node play_plates_page.mjs SITE BUILD [FOLDER]; SITE has play_plates.html");
-    process.exit(2);
-}
-if (shots) mkdirSync(shots, { recursive: true });
-const oracle = path.join(build, "play_plates_oracle");
-execFileSync(process.env.CXX ?? "g++", ["-std=c++17", "-O2", "-Wall", "-Wextra", "-Werror",
-    path.join(path.dirname(fileURLToPath(import.meta.url)), "play_plates_oracle.cpp"), "-o", oracle]);
+const { site, shots, browser, view, page, setting, answered, native: oracle } = await play_with("play_plates");
 
 const [width, height] = [240, 180];
-const browser = await launch();
-const view = await window_of(browser, site, "light", 1280);
-const { page } = view;
-await open(view, "play_plates.html");
-await page.waitForSelector("#play[data-setting]", { timeout: 20000 });
-
-function expect(what, is_so) {
-    if (!is_so) fail(what, "is not so");
-}
-const setting = () => page.evaluate(() => JSON.parse(document.getElementById("play").dataset.setting));
 const table = () => page.evaluate(() => Object.fromEntries([...document.querySelectorAll("#variances tr")].map((row) =>
     [row.cells[0].textContent, Object.fromEntries(Object.entries(row.dataset).map(([key, x]) => [key, Number(x)]))])));
-function native({ x, y, counts, beta, roughness }) {
-    const lines = execFileSync(oracle, [x, y, ...counts, beta, roughness].map(String), { encoding: "utf8" }).trim().split("\n");
-    return Object.fromEntries(lines.map((line) => line.split(" ")).map(([name, ...numbers]) => [name, numbers.map(Number)]));
-}
+const native = ({ x, y, counts, beta, roughness }) => oracle(x, y, ...counts, beta, roughness);
 
 // Both quadratures are right to about 1e-8 of the second moment. A variance that is a small part of it loses digits:
 // at worst 1e-5 was seen of one that is a millionth. Weights that jump, and shadows of plates, cost the native program
@@ -43,8 +20,7 @@ function native({ x, y, counts, beta, roughness }) {
 const tolerance = 1e-4;
 let farthest = 0, compared = 0;
 async function compare(what) {
-    // Once what was done has been answered.
-    await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))));
+    await answered();
     view.place = what;
     const ours = await table(), { mean: [mean], ...right } = native(await setting());
     for (const [name, [variance, weight]] of Object.entries(right)) {
@@ -82,12 +58,15 @@ async function take(bsdf, light) {
     await slide("count1", "Home", 1);
     await slide("count1", "ArrowRight", light);
 }
-const painted = () => page.waitForFunction(() => {
-    const { painted, setting } = document.getElementById("play").dataset;
-    if (!painted) return false;
-    const { x, y, ...pictures } = JSON.parse(setting);
-    return painted === JSON.stringify(pictures);
-}, null, { timeout: 120000 });
+async function painted() {
+    await answered(); // until then the pictures are those of what was set before
+    await page.waitForFunction(() => {
+        const { painted, setting } = document.getElementById("play").dataset;
+        if (!painted) return false;
+        const { x, y, ...pictures } = JSON.parse(setting);
+        return painted === JSON.stringify(pictures);
+    }, null, { timeout: 120000 });
+}
 const colors = (picture, x, y, w, h) => page.evaluate(([id, ...box]) =>
     [...document.querySelector(`#${id} canvas`).getContext("2d").getImageData(...box).data], [picture, x, y, w, h]);
 // How far neighbors in a picture are apart, of 255.
