@@ -4,11 +4,14 @@
 #include "reader.hpp"
 #include "ulp.hpp"
 
+#include <chrono>
 #include <cmath>
 #include <doctest/doctest.h>
+#include <fcntl.h>
 #include <mis/verify/dump.hpp>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace {
@@ -23,12 +26,8 @@ struct contents {
     std::string failure;
 };
 
-contents read_all(const std::string& file) {
-    check_paths::path_reader reader;
-    const int descriptor = test::temporary_file(file);
-    REQUIRE(descriptor >= 0);
-    REQUIRE(check_paths::open_lines(reader.lines, descriptor));
-    contents c;
+// Reads as far as it goes; false where the reader is waiting.
+bool read_on(check_paths::path_reader& reader, contents& c) {
     mis::path_record record;
     std::string error;
     for (;;) {
@@ -39,13 +38,25 @@ contents read_all(const std::string& file) {
         case read_status::malformed:
             c.malformed.emplace_back(reader.lines.line, error);
             break;
+        case read_status::waiting:
+            return false;
         case read_status::failed:
             c.failure = error;
-            return c;
+            return true;
         case read_status::end:
-            return c;
+            return true;
         }
     }
+}
+
+contents read_all(const std::string& file) {
+    check_paths::path_reader reader;
+    const int descriptor = test::temporary_file(file);
+    REQUIRE(descriptor >= 0);
+    REQUIRE(check_paths::open_lines(reader.lines, descriptor));
+    contents c;
+    REQUIRE(read_on(reader, c));
+    return c;
 }
 
 mis::path_record read_one(const std::string& line) {
@@ -574,6 +585,21 @@ TEST_CASE("a line without an end is given up") {
     CHECK(reader.lines.buffer.size() < std::size_t(40) << 20);
 }
 
+TEST_CASE("lines that are skipped are not added up") {
+    std::FILE* const file = std::tmpfile();
+    REQUIRE(file);
+    REQUIRE(ftruncate(fileno(file), off_t(1200) << 20) == 0);
+    REQUIRE(pwrite(fileno(file), "\n", 1, off_t(600) << 20) == 1);
+    check_paths::path_reader reader;
+    REQUIRE(check_paths::open_lines(reader.lines, dup(fileno(file))));
+    std::fclose(file);
+    contents c;
+    CHECK(read_on(reader, c));
+    CHECK(c.failure.empty());
+    REQUIRE(c.malformed.size() == 2);
+    CHECK(c.malformed[1].second == "the line is longer than 16 MiB");
+}
+
 TEST_CASE("text of two or four bytes per character is called by its name") {
     const std::string line = plain_record().dump() + "\n";
     const auto widened = [&](std::size_t before, std::size_t after) {
@@ -656,6 +682,133 @@ TEST_CASE("compressed files give the same as plain ones, and say when they are c
     std::string damaged = packed;
     damaged[damaged.size() - 6] = static_cast<char>(~damaged[damaged.size() - 6]); // of the checksum
     CHECK(!read_all(damaged).failure.empty());
+}
+
+namespace {
+
+// A pipe, of which only the reading end does not block.
+struct pipe_ends {
+    int reading = -1, writing = -1;
+};
+pipe_ends open_pipe() {
+    int ends[2];
+    REQUIRE(pipe(ends) == 0);
+    REQUIRE(fcntl(ends[0], F_SETFL, O_NONBLOCK) == 0);
+    return {ends[0], ends[1]};
+}
+
+// Reads a file that comes in pieces, and waits between them.
+contents read_pieces(const std::string& file, test::generator& g, std::size_t longest) {
+    check_paths::path_reader reader;
+    pipe_ends ends = open_pipe();
+    REQUIRE(check_paths::open_lines(reader.lines, ends.reading));
+    contents c;
+    std::size_t written = 0;
+    while (!read_on(reader, c)) {
+        CHECK(reader.lines.is_waiting);
+        REQUIRE(ends.writing >= 0); // nothing waits at the end
+        const auto drawn = static_cast<std::size_t>(g.uniform() * static_cast<double>(longest + 1));
+        const std::size_t length = std::min(drawn, file.size() - written);
+        REQUIRE(write(ends.writing, file.data() + written, length) == static_cast<ssize_t>(length));
+        written += length;
+        if (written == file.size()) {
+            close(ends.writing);
+            ends.writing = -1;
+        }
+    }
+    if (ends.writing >= 0)
+        close(ends.writing);
+    return c;
+}
+
+} // namespace
+
+TEST_CASE("a file that comes in pieces is read as if it were there at once") {
+    test::generator g(5);
+    const std::string line = plain_record().dump() + "\n";
+    std::string plain = "\n" + line + "{\n\n" + line.substr(1);
+    for (int i = 0; i < 60; ++i) {
+        json j = plain_record();
+        j["weight"] = g.uniform();
+        plain += j.dump() + (i % 7 == 0 ? "\r\n" : "\n");
+    }
+    const std::string packed = compressed(plain), nothing = compressed("");
+    std::string members;
+    for (int i = 0; i < 20; ++i)
+        members += compressed(line.substr(0, 9)) + nothing + compressed(line.substr(9));
+    std::string damaged = packed;
+    damaged[damaged.size() - 6] = static_cast<char>(~damaged[damaged.size() - 6]);
+    using namespace std::string_literals;
+    std::string much; // that takes little: one piece is more than a buffer
+    for (int i = 0; i < 5000; ++i)
+        much += line;
+    const std::string long_line = line + std::string(check_paths::longest_line + 1, 'x') + "\n" + line;
+    const std::vector<std::string> files{"",
+                                         "\n",
+                                         "{",
+                                         "\x1f",
+                                         "\xef\xbb\xbf" + plain,
+                                         plain,
+                                         plain.substr(0, plain.size() - 1),
+                                         packed,
+                                         members,
+                                         nothing,
+                                         damaged,
+                                         packed.substr(0, packed.size() / 2),
+                                         packed.substr(0, 1),
+                                         packed + "x",
+                                         packed + "\x1f",
+                                         packed + packed,
+                                         "{\0\"\0"s,
+                                         "\xff\xfe{\0"s,
+                                         "\n{\0\"\0"s,
+                                         compressed("{\0\"\0"s),
+                                         "\0\0\0{"s + plain,
+                                         long_line,
+                                         compressed(long_line),
+                                         compressed(much)};
+    for (std::size_t i = 0; i < files.size(); ++i) {
+        const contents expected = read_all(files[i]);
+        for (const std::size_t longest : {1, 7, 1000, 60'000}) {
+            if (files[i].size() / longest > 10'000)
+                continue;
+            CAPTURE(i);
+            CAPTURE(longest);
+            const contents c = read_pieces(files[i], g, longest);
+            CHECK(c.failure == expected.failure);
+            CHECK(c.malformed == expected.malformed);
+            REQUIRE(c.records.size() == expected.records.size());
+            for (std::size_t k = 0; k < c.records.size(); ++k) {
+                CHECK(c.records[k].weight == expected.records[k].weight);
+                CHECK(c.records[k].line == expected.records[k].line);
+            }
+        }
+    }
+}
+
+TEST_CASE("where a reader waits, it can be waited for") {
+    const std::string line = plain_record().dump() + "\n";
+    const pipe_ends ends = open_pipe();
+    check_paths::path_reader reader;
+    REQUIRE(check_paths::open_lines(reader.lines, ends.reading));
+    CHECK(!check_paths::wait_for_more(reader.lines));
+    std::thread writer([&] {
+        for (int i = 0; i < 20; ++i) {
+            std::this_thread::sleep_for(std::chrono::milliseconds(i % 3));
+            const ssize_t half = static_cast<ssize_t>(line.size() / 2);
+            CHECK(write(ends.writing, line.data(), line.size() / 2) == half);
+            CHECK(write(ends.writing, line.data() + half, line.size() - line.size() / 2) ==
+                  static_cast<ssize_t>(line.size()) - half);
+        }
+        close(ends.writing);
+    });
+    contents c;
+    while (!read_on(reader, c))
+        CHECK(check_paths::wait_for_more(reader.lines));
+    writer.join();
+    CHECK(c.records.size() == 20);
+    CHECK(c.malformed.empty());
+    CHECK(!check_paths::wait_for_more(reader.lines));
 }
 
 TEST_CASE("files that cannot be read") {

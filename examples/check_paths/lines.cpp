@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <cstring>
 #include <fcntl.h>
+#include <poll.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -13,13 +14,14 @@ namespace {
 
 constexpr std::size_t chunk = std::size_t(256) << 10;
 
-// Reads bytes as they are stored; 0 at the end, and after a failure.
+// Reads bytes as they are stored; 0 at the end, after a failure, and while waiting.
 std::size_t read_stored(line_reader& r, char* to, std::size_t most) {
     for (;;) {
         const ssize_t got = read(r.file->descriptor, to, most);
         if (got < 0 && errno == EINTR)
             continue;
-        if (got < 0)
+        r.is_waiting = got < 0 && (errno == EAGAIN || errno == EWOULDBLOCK);
+        if (got < 0 && !r.is_waiting)
             r.failure = std::strerror(errno);
         r.bytes_read += std::max<ssize_t>(got, 0);
         return static_cast<std::size_t>(std::max<ssize_t>(got, 0));
@@ -43,7 +45,7 @@ bool begin_member(line_reader& r) {
                 break;
         }
     }
-    if (z.avail_in == 0 || !r.failure.empty())
+    if (z.avail_in == 0 || r.is_waiting || !r.failure.empty())
         return false;
     if (!starts_gzip(reinterpret_cast<const char*>(z.next_in), z.avail_in)) {
         r.failure = "something else follows the compressed data";
@@ -53,7 +55,7 @@ bool begin_member(line_reader& r) {
     return inflateReset(&z) == Z_OK;
 }
 
-// Reads decompressed bytes; 0 at the end, and after a failure.
+// Reads decompressed bytes; 0 at the end, after a failure, and while waiting.
 std::size_t read_compressed(line_reader& r, char* to, std::size_t most) {
     z_stream& z = *r.gzip;
     z.next_out = reinterpret_cast<unsigned char*>(to);
@@ -65,9 +67,9 @@ std::size_t read_compressed(line_reader& r, char* to, std::size_t most) {
             z.next_in = reinterpret_cast<unsigned char*>(r.stored.data());
             z.avail_in = static_cast<unsigned>(read_stored(r, r.stored.data(), chunk));
         }
-        if (z.avail_in == 0 && r.failure.empty())
+        if (z.avail_in == 0 && !r.is_waiting && r.failure.empty())
             r.failure = "the compressed data is cut off";
-        if (!r.failure.empty())
+        if (z.avail_in == 0)
             break;
         const int status = inflate(&z, Z_NO_FLUSH);
         r.is_between_members = status == Z_STREAM_END;
@@ -81,30 +83,20 @@ std::size_t read_compressed(line_reader& r, char* to, std::size_t most) {
     return most - z.avail_out;
 }
 
-// The first bytes tell whether a file is compressed.
-std::size_t read_first(line_reader& r, char* to, std::size_t most) {
-    std::size_t count = 0;
-    while (count < 2) {
-        const std::size_t got = read_stored(r, to + count, most - count);
-        count += got;
-        if (got == 0)
-            break;
-    }
-    if (!starts_gzip(to, count))
-        return count;
+// What has been read of a file so far is compressed, and goes to the decompressor.
+void start_gzip(line_reader& r, const char* bytes, std::size_t count) {
     constexpr int with_gzip_header = 15 + 16;
     auto z = std::make_unique<z_stream>();
     *z = {};
     if (inflateInit2(z.get(), with_gzip_header) != Z_OK) {
         r.failure = "out of memory";
-        return 0;
+        return;
     }
     r.gzip.reset(z.release());
-    r.stored.assign(to, to + count);
-    r.stored.resize(chunk);
+    r.stored.assign(bytes, bytes + count);
+    r.stored.resize(std::max(count, chunk));
     r.gzip->next_in = reinterpret_cast<unsigned char*>(r.stored.data());
     r.gzip->avail_in = static_cast<unsigned>(count);
-    return read_compressed(r, to, most);
 }
 
 // Text of two or four bytes per character, with or without a byte order mark. JSON has no byte 0.
@@ -118,7 +110,8 @@ const char* wide_encoding(std::string_view text) {
     return nullptr;
 }
 
-// Reads more behind what is not read yet, which moves to the buffer's front.
+// Reads more behind what is not read yet, which moves to the buffer's front. The first bytes tell what the
+// file is: until there are enough of them, the buffer is neither stored as it should be nor text.
 void fill(line_reader& r) {
     const std::size_t unread = r.end - r.begin;
     if (r.begin > 0)
@@ -128,16 +121,24 @@ void fill(line_reader& r) {
     if (r.buffer.size() < unread + chunk + line_padding)
         r.buffer.resize(2 * unread + chunk + line_padding);
     char* const to = r.buffer.data() + r.end;
-    const bool is_first = r.bytes_read == 0;
-    const std::size_t got = is_first ? read_first(r, to, chunk)
-                            : r.gzip ? read_compressed(r, to, chunk)
-                                     : read_stored(r, to, chunk);
-    r.end += got;
-    r.is_at_end = got == 0 || !r.failure.empty();
-    if (const char* const name = is_first ? wide_encoding({to, got}) : nullptr) {
-        r.failure = std::string("the text is ") + name + ", not UTF-8";
-        r.end = r.begin;
-        r.is_at_end = true;
+    r.end += r.gzip ? read_compressed(r, to, chunk) : read_stored(r, to, chunk);
+    r.is_at_end = (r.end == unread && !r.is_waiting) || !r.failure.empty();
+    if (!r.is_started && (r.end >= 2 || r.is_at_end)) {
+        r.is_started = true;
+        if (starts_gzip(r.buffer.data(), r.end)) {
+            start_gzip(r, r.buffer.data(), r.end);
+            r.end = 0;
+            r.is_at_end = !r.failure.empty();
+            return;
+        }
+    }
+    if (!r.is_text && r.is_started && (r.end >= 4 || r.is_at_end)) {
+        r.is_text = true;
+        if (const char* const name = wide_encoding({r.buffer.data(), r.end})) {
+            r.failure = std::string("the text is ") + name + ", not UTF-8";
+            r.end = 0;
+            r.is_at_end = true;
+        }
     }
 }
 
@@ -163,42 +164,55 @@ bool open_lines(line_reader& r, const std::string& name) {
 }
 
 line_status next_line(line_reader& r, std::string_view& line) {
-    std::size_t searched = 0, skipped = 0;
-    bool is_too_long = false;
     for (;;) {
         const std::size_t unread = r.end - r.begin;
         const char* first = r.buffer.data() + r.begin;
-        const void* found =
-            unread > searched ? std::memchr(first + searched, '\n', unread - searched) : nullptr;
+        const void* found = r.is_text && unread > r.searched
+                                ? std::memchr(first + r.searched, '\n', unread - r.searched)
+                                : nullptr;
         const std::size_t length =
             found ? static_cast<std::size_t>(static_cast<const char*>(found) - first) : unread;
         if (!found && r.is_at_end) {
             r.begin = r.end;
             if (!r.failure.empty())
                 return line_status::failed;
-            if (unread == 0 && !is_too_long)
+            if (unread == 0 && !r.is_too_long)
                 return line_status::end;
         } else if (found) {
             r.begin += length + 1;
         } else {
-            is_too_long |= unread > longest_line;
-            if (is_too_long) {
-                skipped += unread;
+            r.is_too_long |= unread > longest_line;
+            if (r.is_too_long) {
+                r.skipped += unread;
                 r.begin = r.end;
             }
-            searched = r.end - r.begin;
+            r.searched = r.is_text ? r.end - r.begin : 0;
             fill(r);
-            if (skipped > longest_skipped) {
+            if (r.skipped > longest_skipped) {
                 r.failure = "a line is longer than 1 GiB";
                 r.is_at_end = true;
                 r.begin = r.end;
             }
+            if (r.is_waiting && !r.is_at_end)
+                return line_status::waiting;
             continue;
         }
         ++r.line;
         line = {first, length};
-        return is_too_long || length > longest_line ? line_status::too_long : line_status::line;
+        const bool is_too_long = r.is_too_long || length > longest_line;
+        r.searched = r.skipped = 0;
+        r.is_too_long = false;
+        return is_too_long ? line_status::too_long : line_status::line;
     }
+}
+
+bool wait_for_more(const line_reader& r) {
+    if (!r.is_waiting)
+        return false;
+    pollfd file{r.file->descriptor, POLLIN, 0};
+    while (poll(&file, 1, -1) < 0 && errno == EINTR) {
+    }
+    return true;
 }
 
 } // namespace check_paths

@@ -50,7 +50,9 @@ check_paths::report check(check_paths::path_reader& reader, const options& o) {
     check_paths::report report;
     report.diagnosis.tolerance = o.tolerance;
     progress shown;
-    check_paths::add_all(report, reader, o.most_malformed, [&] { show_progress(shown, reader.lines); });
+    do
+        check_paths::add_all(report, reader, o.most_malformed, [&] { show_progress(shown, reader.lines); });
+    while (check_paths::wait_for_more(reader.lines));
     clear_progress(shown);
     return report;
 }

@@ -541,6 +541,8 @@ read_status next_record(path_reader& reader, mis::path_record& record, std::stri
     std::string_view line;
     for (;;) {
         switch (next_line(reader.lines, line)) {
+        case line_status::waiting:
+            return read_status::waiting;
         case line_status::end:
             return read_status::end;
         case line_status::failed:

@@ -26,10 +26,11 @@ struct path_reader {
     std::vector<vertex_geometry> geometry;
 };
 
-enum class read_status { record, malformed, end, failed };
+enum class read_status { record, malformed, waiting, end, failed };
 
 // The next record; blank lines are skipped. `malformed` and `failed` say why in `error`, one line of ASCII,
-// and leave the record unspecified; after `failed` nothing more can be read.
+// and leave the record unspecified, as `waiting` (line_status::waiting) does; after `failed` nothing more can
+// be read.
 read_status next_record(path_reader& reader, mis::path_record& record, std::string& error);
 
 } // namespace check_paths

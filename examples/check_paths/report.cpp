@@ -247,6 +247,7 @@ bool add_next(report& r, path_reader& reader) {
     case read_status::failed:
         r.failure = error;
         break;
+    case read_status::waiting:
     case read_status::end:
         break;
     }

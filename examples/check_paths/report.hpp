@@ -41,13 +41,14 @@ struct report {
 };
 
 // Reads the next line that is not blank and compares its weight with the right one. False where nothing
-// follows: at the end of the input, or where it breaks off, which then is the report's failure.
+// follows: at the end of the input, where it breaks off, which then is the report's failure, or for now,
+// where reader.lines is waiting.
 bool add_next(report& r, path_reader& reader);
 
 // Gives up where more lines than this are no records.
 inline constexpr std::int64_t default_most_malformed = 10'000;
 
-// Reads the input to its end, or gives up; look() is called after each line.
+// Reads the input to its end, or as far as it is there, or gives up; look() is called after each line.
 template <class Look> void add_all(report& r, path_reader& reader, std::int64_t most_malformed, Look&& look) {
     while (add_next(r, reader)) {
         look();

@@ -5,7 +5,9 @@ document.addEventListener("DOMContentLoaded", () => {
     ].map((id) => document.getElementById(id));
     // From a file, workers can only be made of text that is there already: check_program.js.
     const program = URL.createObjectURL(new Blob([check_program], { type: "text/javascript" }));
-    let worker = null;
+    let worker = null, next_worker = null;
+    const prepare = () => (next_worker ??= new Worker(program));
+    window.addEventListener("load", prepare); // it takes as long as some thousand records
 
     function end() {
         worker?.terminate();
@@ -13,17 +15,18 @@ document.addEventListener("DOMContentLoaded", () => {
         progress.hidden = stop.hidden = true;
     }
 
-    function show(file, done) {
+    function show(file, done, seconds) {
         end();
-        const rate = Math.round((done.found.records ?? 0) / Math.max(done.seconds, 1e-3));
+        const rate = Math.round((done.found.records ?? 0) / Math.max(seconds, 1e-3));
         const verdict = ["All weights agree.", "Some weights are wrong.", "Not all could be checked."][done.status];
+        prepare();
         state.textContent = done.complaint || `${verdict} ${megabytes(file.size)} in ` +
-            `${done.seconds.toFixed(1)} s, ${rate} records per second.`;
+            `${seconds.toFixed(1)} s, ${rate} records per second.`;
         report.textContent = done.report;
         report.hidden = !done.report;
         suspects.replaceChildren(...figures_of(done.found));
         Object.assign(document.getElementById("check").dataset, {
-            status: done.status, records: done.found.records ?? 0, seconds: done.seconds, memory: done.memory,
+            status: done.status, records: done.found.records ?? 0, seconds, memory: done.memory,
         });
     }
 
@@ -35,22 +38,32 @@ document.addEventListener("DOMContentLoaded", () => {
         progress.hidden = stop.hidden = false;
         progress.value = 0;
         state.textContent = `Reading ${file.name} ...`;
-        worker = new Worker(program);
-        worker.onmessage = ({ data }) => {
-            if (data.report !== undefined) return show(file, data);
+        const start = performance.now();
+        let next_look = start;
+        const give_up = (why) => {
+            end();
+            state.textContent = `'${file.name}' could not be checked: ${why}`;
+        };
+        const mine = (worker = prepare()), source = source_of(file);
+        next_worker = null;
+        mine.onmessage = ({ data }) => {
+            if (data.failure) return give_up(data.failure);
+            if (data.report !== undefined) return show(file, data, (performance.now() - start) / 1000);
+            read_for(mine, source, data.buffer);
+            if (performance.now() < next_look) return;
+            next_look = performance.now() + 200; // painting takes time from reading
             progress.value = data.read / Math.max(file.size, 1);
             state.textContent = `Reading ${file.name}: ${megabytes(data.read)} of ${megabytes(file.size)}`;
         };
-        worker.onerror = (error) => {
-            end();
-            state.textContent = `'${file.name}' could not be checked: ${error.message}`;
-        };
-        worker.postMessage(file);
+        mine.onerror = (error) => give_up(error.message);
+        mine.postMessage({ file });
+        for (let i = 0; i < 4; ++i) read_for(mine, source, new ArrayBuffer(1 << 20));
     }
 
     input.addEventListener("change", () => input.files.length && check(input.files[0]));
     stop.addEventListener("click", () => {
         end();
+        prepare();
         state.textContent = "Stopped.";
     });
     drop.addEventListener("dragover", (event) => event.preventDefault());
@@ -61,6 +74,26 @@ document.addEventListener("DOMContentLoaded", () => {
         if (event.dataTransfer.files.length) check(event.dataTransfer.files[0]);
     });
 });
+
+// What a worker checks while it is read. The stream must be kept: Chromium forgets who waits for one that nobody has.
+function source_of(file) {
+    const stream = file.stream();
+    try {
+        return { stream, reader: stream.getReader({ mode: "byob" }) };
+    } catch {
+        return { stream, reader: stream.getReader() }; // an older browser: each block comes in a buffer of its own
+    }
+}
+
+// Reads the next block for a worker. Few buffers go round: memory that is new costs more than reading.
+async function read_for(worker, { reader }, buffer) {
+    try {
+        const { done, value } = await reader.read(new Uint8Array(buffer));
+        worker.postMessage(done ? { end: true } : { block: value }, done ? [] : [value.buffer]);
+    } catch {
+        worker.postMessage({ broken: true }); // a folder, or a file that has changed meanwhile
+    }
+}
 
 function megabytes(bytes) {
     return `${(bytes / 1e6).toFixed(1)} MB`;

@@ -41,14 +41,17 @@ nlohmann::json to_json(const mis::path_record& record,
             {"vertices", vertices}};
 }
 
+// The file, as the worker hands it over: piece by piece at first, then again from its start.
+constexpr const char* handed_over = "/dropped";
+
 // Reads some lines again: their positions are not kept where thousands of records are.
-nlohmann::json read_again(const std::string& file, const std::set<std::int64_t>& lines) {
+nlohmann::json read_again(const std::set<std::int64_t>& lines) {
     auto paths = nlohmann::json::array();
     check_paths::path_reader reader;
     mis::path_record record;
     std::string text;
     std::string_view skipped;
-    if (!check_paths::open_lines(reader.lines, file))
+    if (!check_paths::open_lines(reader.lines, handed_over))
         return paths;
     for (const std::int64_t line : lines) {
         while (reader.lines.line < line - 1)
@@ -61,31 +64,39 @@ nlohmann::json read_again(const std::string& file, const std::set<std::int64_t>&
     return paths;
 }
 
+check_paths::report report;
+check_paths::path_reader reader;
 std::string last_suspects;
 
 } // namespace
 
+// What check_paths does with a file and no options, in three steps.
 extern "C" {
 
-// Does what check_paths does with a file and no options: prints the report on standard output, one line on
-// standard error where not all could be read, and returns the exit status.
-EMSCRIPTEN_KEEPALIVE int check(const char* file) {
-    last_suspects = "{}";
-    check_paths::report report;
-    check_paths::path_reader reader;
-    if (!check_paths::open_lines(reader.lines, file)) {
-        std::fprintf(stderr, "check_paths: '%s' cannot be read: %s\n", file, reader.lines.failure.c_str());
-        return 2;
-    }
+// Begins with a file. Returns whether it can be opened.
+EMSCRIPTEN_KEEPALIVE bool begin() {
+    simdjson::get_active_implementation() = simdjson::get_available_implementations()["westmere"];
+    report = {};
+    return check_paths::open_lines(reader.lines, handed_over);
+}
+
+// Checks what is there of the file. Returns whether more is to come.
+EMSCRIPTEN_KEEPALIVE bool go_on() {
     check_paths::add_all(report, reader, check_paths::default_most_malformed, [] {});
+    return reader.lines.is_waiting;
+}
+
+// Prints the report on standard output, one line on standard error where not all could be read, with the file's
+// name, and returns the exit status.
+EMSCRIPTEN_KEEPALIVE int finish(const char* name) {
     const mis::finding found = check_paths::suspects_in(report, examples_per_suspect);
     check_paths::print(report, found, stdout);
     std::fflush(stdout);
     const nlohmann::json suspects{{"records", report.all.records},
                                   {"suspects", check_paths::to_json(report, found)["suspects"]},
-                                  {"paths", read_again(file, lines_to_draw(report, found))}};
+                                  {"paths", read_again(lines_to_draw(report, found))}};
     last_suspects = suspects.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
-    if (const std::string why = check_paths::complaint(report, file); !why.empty()) {
+    if (const std::string why = check_paths::complaint(report, name); !why.empty()) {
         std::fprintf(stderr, "check_paths: %s\n", why.c_str());
         return 2;
     }

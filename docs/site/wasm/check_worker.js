@@ -1,45 +1,66 @@
-// Runs check_paths in a worker, behind the glue that em++ makes: reads the file piece by piece, as the native program
-// does. A message is the file; answers are { read: bytes }, and one { status, report, complaint, found, ... }.
-onmessage = async ({ data: file }) => {
-    const lines = { report: [], complaint: [] };
-    const program = await check_paths({
-        print: (line) => lines.report.push(line),
-        printErr: (line) => lines.complaint.push(line),
-    });
-    const { FS, WORKERFS } = program;
-    // In large blocks: each costs a round trip to the process that may read files.
-    const reader = new FileReaderSync(), block_size = 16 << 20;
-    let block = new Uint8Array(), start_of_block = 0;
-    WORKERFS.stream_ops.read = (stream, buffer, offset, length, position) => {
-        if (position >= file.size) return 0;
-        if (position < start_of_block || position >= start_of_block + block.length) {
-            try {
-                block = new Uint8Array(reader.readAsArrayBuffer(file.slice(position, position + block_size)));
-            } catch {
-                const io_error = 29;
-                throw new FS.ErrnoError(io_error); // a folder, or a file that has changed meanwhile
-            }
-            start_of_block = position;
-            postMessage({ read: position });
+// Runs check_paths in a worker, behind the glue that em++ makes, while the page reads the file. Messages are { file },
+// then any number of { block }, at last { end } or, where the page cannot read on, { broken }. Answers are
+// { read: bytes, buffer } to each block, whose buffer is given back, and one { status, report, complaint, found, memory } or, where the program itself fails, { failure }.
+const report = [], complaint = [];
+const no_bytes = new Uint8Array();
+let file = null;
+let block = no_bytes, start_of_block = 0; // the part of the file that is here
+
+// What the program does at a block's end: it waits, or stops, or, looking for its examples, reads for itself.
+const again = 6, io_error = 29; // numbers of errors
+const at_end = {
+    wait: (_, { ErrnoError }) => { throw new ErrnoError(again); },
+    stop: () => {},
+    fail: (_, { ErrnoError }) => { throw new ErrnoError(io_error); },
+    read(position, FS) {
+        try {
+            block = new Uint8Array(new FileReaderSync().readAsArrayBuffer(file.slice(position, position + (1 << 20))));
+        } catch {
+            at_end.fail(position, FS);
         }
+        start_of_block = position;
+    },
+};
+let at_end_of_block = at_end.wait;
+
+const loaded = check_paths({ print: (line) => report.push(line), printErr: (line) => complaint.push(line) }).then((program) => {
+    const { FS } = program;
+    const read = (stream, buffer, offset, length, position) => {
+        if (position >= start_of_block + block.length) at_end_of_block(position, FS);
         const bytes = block.subarray(position - start_of_block, position - start_of_block + length);
         buffer.set(bytes, offset);
         return bytes.length;
     };
-    FS.mkdir("/dropped");
-    FS.mount(WORKERFS, { files: [file] }, "/dropped");
-    FS.chdir("/dropped");
-    const start = performance.now();
-    const name = file.name === "-" ? "./-" : file.name; // not standard input
-    const status = program.ccall("check", "number", ["string"], [name]);
-    const seconds = (performance.now() - start) / 1000;
-    const text = (of) => of.map((line) => line + "\n").join("");
-    postMessage({
-        status,
-        report: text(lines.report),
-        complaint: text(lines.complaint),
-        found: JSON.parse(program.ccall("suspects", "string", [], [])),
-        seconds,
-        memory: program.HEAPU8.length,
-    });
-};
+    const device = FS.makedev(64, 0);
+    FS.registerDevice(device, { read });
+    FS.mkdev("/dropped", device);
+    return program;
+});
+
+let is_done = false;
+function take(program, data) {
+    const call = (name, ...words) => program.ccall(name, "number", words.map(() => "string"), words);
+    if (is_done) return;
+    if (data.file) {
+        file = data.file;
+        call("begin");
+        return;
+    }
+    if (data.block) block = data.block;
+    else at_end_of_block = data.end ? at_end.stop : at_end.fail;
+    if (call("go_on")) { // all of the block has been read
+        start_of_block += block.length;
+        const { buffer } = block;
+        block = no_bytes;
+        postMessage({ read: start_of_block, buffer }, [buffer]);
+        return;
+    }
+    is_done = true;
+    at_end_of_block = at_end.read;
+    [block, start_of_block] = [no_bytes, 0];
+    const status = call("finish", file.name);
+    const text = (lines) => lines.map((line) => line + "\n").join("");
+    const found = JSON.parse(program.ccall("suspects", "string", [], []));
+    postMessage({ status, report: text(report), complaint: text(complaint), found, memory: program.HEAPU8.length });
+}
+onmessage = ({ data }) => loaded.then((program) => take(program, data)).catch((error) => postMessage({ failure: `${error}` }));
