@@ -31,7 +31,9 @@ bool read_on(check_paths::path_reader& reader, contents& c) {
     mis::path_record record;
     std::string error;
     for (;;) {
-        switch (check_paths::next_record(reader, record, error)) {
+        const read_status status = check_paths::next_record(reader, record, error);
+        CHECK(reader.lines.is_waiting == (status == read_status::waiting));
+        switch (status) {
         case read_status::record:
             c.records.push_back(record);
             break;
@@ -705,7 +707,6 @@ contents read_pieces(const std::string& file, test::generator& g, std::size_t lo
     contents c;
     std::size_t written = 0;
     while (!read_on(reader, c)) {
-        CHECK(reader.lines.is_waiting);
         REQUIRE(ends.writing >= 0); // nothing waits at the end
         const auto drawn = static_cast<std::size_t>(g.uniform() * static_cast<double>(longest + 1));
         const std::size_t length = std::min(drawn, file.size() - written);
@@ -784,6 +785,23 @@ TEST_CASE("a file that comes in pieces is read as if it were there at once") {
             }
         }
     }
+}
+
+TEST_CASE("a line without an end is given up in pieces, too") {
+    const std::string piece(60'000, '\0');
+    const pipe_ends ends = open_pipe();
+    check_paths::path_reader reader;
+    REQUIRE(check_paths::open_lines(reader.lines, ends.reading));
+    contents c;
+    std::size_t written = 0;
+    for (; !read_on(reader, c); written += piece.size()) {
+        REQUIRE(written <= check_paths::longest_skipped);
+        REQUIRE(write(ends.writing, piece.data(), piece.size()) == static_cast<ssize_t>(piece.size()));
+    }
+    close(ends.writing);
+    CHECK(c.failure == "a line is longer than 1 GiB");
+    CHECK(written > check_paths::longest_skipped);
+    CHECK(!check_paths::wait_for_more(reader.lines));
 }
 
 TEST_CASE("where a reader waits, it can be waited for") {

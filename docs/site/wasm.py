@@ -126,8 +126,9 @@ def build_check(folder):
     used += [zlib / f"{part}.c" for part in ["inflate", "inffast", "inftrees", "adler32", "crc32", "zutil"]]
     includes = headers_of_debian(folder / "check_headers", ["/usr/include/nlohmann", simdjson / "simdjson.h"])
     includes += ["-isystem", zlib, "-I", root / "include", "-I", checker]
-    # By itself simdjson takes its plain code for a processor that it does not know.
-    includes += ["-msse4.2", "-DSIMDJSON_IMPLEMENTATION_WESTMERE=1", "-I", here / "wasm"]
+    # By itself simdjson has only plain code for a processor that it does not know.
+    includes += ["-msse4.2", "-DSIMDJSON_IMPLEMENTATION_WESTMERE=1", "-DSIMDJSON_BUILTIN_IMPLEMENTATION=westmere",
+                 "-DSIMDJSON_IMPLEMENTATION_FALLBACK=0", "-I", here / "wasm"]
     made = folder / "check_paths.js"
     compile_and_link("check_paths", used, includes, made, [
         "-sENVIRONMENT=worker", "-sALLOW_MEMORY_GROWTH", "-sMAXIMUM_MEMORY=2GB", "-sFORCE_FILESYSTEM",

@@ -164,6 +164,7 @@ bool open_lines(line_reader& r, const std::string& name) {
 }
 
 line_status next_line(line_reader& r, std::string_view& line) {
+    r.is_waiting = false;
     for (;;) {
         const std::size_t unread = r.end - r.begin;
         const char* first = r.buffer.data() + r.begin;
@@ -190,10 +191,11 @@ line_status next_line(line_reader& r, std::string_view& line) {
             fill(r);
             if (r.skipped > longest_skipped) {
                 r.failure = "a line is longer than 1 GiB";
+                r.is_waiting = false;
                 r.is_at_end = true;
                 r.begin = r.end;
             }
-            if (r.is_waiting && !r.is_at_end)
+            if (r.is_waiting)
                 return line_status::waiting;
             continue;
         }

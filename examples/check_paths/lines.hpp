@@ -29,7 +29,7 @@ struct line_reader {
     std::int64_t bytes_read = 0; // so far, on the same scale
     std::int64_t line = 0;       // number of the last line read, from 1
     std::string failure;         // why reading ended before the file did
-    bool is_waiting = false;     // the descriptor does not block, and has nothing for now
+    bool is_waiting = false;     // that was what next_line said last
 
     std::unique_ptr<z_stream, end_inflate> gzip; // none: the file is plain
     std::vector<char> stored;                    // compressed, what gzip points to

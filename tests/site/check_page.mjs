@@ -76,6 +76,11 @@ async function read_page(page, hand_over) {
     });
 }
 const choose = (page, file) => page.setInputFiles("#dump", file);
+// As a reader who looks at the page first: for its first second a browser does much else.
+async function choose_later(page, file) {
+    await page.waitForTimeout(1500);
+    await choose(page, file);
+}
 // As by a reader's mouse.
 async function drop(page, file) {
     const box = await page.locator("#drop").boundingBox();
@@ -160,12 +165,48 @@ truncateSync(zeros, 1200 << 20);
 await expect_complaint(zeros, "a line is longer than 1 GiB");
 process.stdout.write(lines.join(""));
 
+// ---- What a reader may do besides ----
+
+// A file that changes after it was chosen.
+const changing = file_of("changing.jsonl", text);
+await open(view, "check.html");
+await read_page(page, () => choose(page, changing));
+appendFileSync(changing, text);
+const broken = await read_page(page, () => page.evaluate(() => {
+    document.getElementById("check").removeAttribute("data-status");
+    document.getElementById("dump").dispatchEvent(new Event("change"));
+}));
+if (broken.status !== 2 || !broken.state.includes("'changing.jsonl' cannot be read")) fail("changing.jsonl", broken.state);
+
+// A browser that gives each block a buffer of its own.
+const old = await window_of(browser, site, "light", 1280);
+await old.page.addInitScript(() => {
+    const { getReader } = ReadableStream.prototype;
+    ReadableStream.prototype.getReader = function (options) {
+        if (options?.mode) throw new TypeError("no such mode");
+        return getReader.call(this);
+    };
+});
+await open(old, "check.html");
+const without = await read_page(old.page, () => choose(old.page, path.join(folder, "members.jsonl.gz")));
+if (without.report !== native(path.join(folder, "members.jsonl.gz")).report) fail("older browser", without.report);
+await old.page.close();
+
+await open(view, "check.html");
+await choose(page, zeros);
+await page.waitForFunction(() => document.getElementById("progress").value > 0.1);
+await page.click("#stop");
+const stopped = await page.textContent("#state");
+if (stopped !== "Stopped." || await page.isVisible("#stop")) fail("stop", stopped);
+const after = await read_page(page, () => choose(page, right));
+if (after.status !== 0) fail("after a stop", after.state);
+
 // ---- Speed and memory ----
 
 const large = path.join(folder, "large.jsonl");
 while (!existsSync(large) || statSync(large).size < 120e6) appendFileSync(large, text);
 const tries = [];
-for (let i = 0; i < 3; ++i) tries.push(await compare(large));
+for (let i = 0; i < 3; ++i) tries.push(await compare(large, choose_later));
 const [much] = tries;
 if (much.memory > small.memory + (4 << 20))
     fail("memory", `${much.memory} bytes after ${statSync(large).size}, ${small.memory} after ${text.length}`);

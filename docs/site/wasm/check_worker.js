@@ -1,6 +1,7 @@
 // Runs check_paths in a worker, behind the glue that em++ makes, while the page reads the file. Messages are { file },
 // then any number of { block }, at last { end } or, where the page cannot read on, { broken }. Answers are
-// { read: bytes, buffer } to each block, whose buffer is given back, and one { status, report, complaint, found, memory } or, where the program itself fails, { failure }.
+// { read: bytes, buffer } to each block, whose buffer is given back, and at last { status, report, complaint, found,
+// memory } or, where the program itself fails, { failure }.
 const report = [], complaint = [];
 const no_bytes = new Uint8Array();
 let file = null;
