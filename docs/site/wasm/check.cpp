@@ -86,8 +86,8 @@ EMSCRIPTEN_KEEPALIVE bool go_on() {
     return reader.lines.is_waiting;
 }
 
-// Prints the report on standard output, one line on standard error where not all could be read, with the file's
-// name, and returns the exit status.
+// Prints the report on standard output, one line on standard error where not all could be read, with the
+// file's name, and returns the exit status.
 EMSCRIPTEN_KEEPALIVE int finish(const char* name) {
     const mis::finding found = check_paths::suspects_in(report, examples_per_suspect);
     check_paths::print(report, found, stdout);
