@@ -78,6 +78,11 @@ expect("a compressed dump through a pipe" 0 "${all_agree}" "")
 check_piped(empty.jsonl -)
 expect("nothing through a pipe" 2 "" "'-' has no records")
 
+execute_process(COMMAND sh -c "sleep 0.2; head -c 500 right.jsonl; sleep 0.2; tail -c +501 right.jsonl"
+                COMMAND ${RUN_WITH} --input nonblocking ${CHECK_PATHS} - RESULT_VARIABLE status OUTPUT_VARIABLE output
+                ERROR_VARIABLE error WORKING_DIRECTORY ${FOLDER})
+expect("a right dump through a pipe that does not block" 0 "${all_agree}" "")
+
 # What has been read is reported, although not everything has been.
 check(cut_off.jsonl)
 expect("a last line that is cut off" 2 "${all_agree}.*\nlines that are no records: 1\n  line 21: not JSON" "")

@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: MIT
 // Runs a program as a shell could not portably: with a disk that fills up, with little memory, interrupted in
-// the middle.
+// the middle, with an input that does not wait.
 //
-//     run_with [--disk BYTES] [--memory BYTES] [--interrupt SIGNAL] PROGRAM ARGUMENT..
+//     run_with [--disk BYTES] [--memory BYTES] [--interrupt SIGNAL] [--input nonblocking] PROGRAM ARGUMENT..
 //
 // --disk: files cannot grow beyond so many bytes. --memory: of the address space. --interrupt: sends INT or
 // TERM once the program handles it, or KILL, and it has worked for a while, in processor time, so that a busy
-// machine changes nothing. The exit status is the program's, 128 + n where a signal n ended it.
+// machine changes nothing. --input: reading standard input fails where nothing is there yet. The exit status
+// is the program's, 128 + n where a signal n ended it.
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <fcntl.h>
 #include <fstream>
 #include <sstream>
 #include <string>
@@ -71,6 +73,9 @@ int main(int count, char** arguments) {
             limit(RLIMIT_AS, arguments[k + 1]);
         } else if (option == "--interrupt") {
             signal = value == "INT" ? SIGINT : value == "TERM" ? SIGTERM : SIGKILL;
+        } else if (option == "--input" && fcntl(STDIN_FILENO, F_SETFL, O_NONBLOCK) != 0) {
+            std::perror("fcntl");
+            return 125;
         }
     }
     const pid_t child = fork();

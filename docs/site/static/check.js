@@ -47,6 +47,7 @@ document.addEventListener("DOMContentLoaded", () => {
         const mine = (worker = prepare()), source = source_of(file);
         next_worker = null;
         mine.onmessage = ({ data }) => {
+            if (mine !== worker) return; // it was stopped, but had said this before
             if (data.failure) return give_up(data.failure);
             if (data.report !== undefined) return show(file, data, (performance.now() - start) / 1000);
             read_for(mine, source, data.buffer);
