@@ -198,19 +198,38 @@ function drawing_of(path, points, label) {
         const kind = is_joint ? "joint" : i < s - 1 ? "camera" : "light";
         shapes.push(shape("line", { x1, y1, x2, y2, class: kind }));
     }
+    const labels = []; // one for vertices that are close together
     path.vertices.forEach((vertex, i) => {
         const [x, y] = place(points[i][0]), [lx, ly] = place(points[i][1]);
         if (lx !== x || ly !== y) shapes.push(shape("circle", { cx: lx, cy: ly, r: 4, class: "light" }));
-        const dot = vertex.dirac && i > 0
+        shapes.push(vertex.dirac && i > 0
             ? shape("rect", { x: x - 5, y: y - 5, width: 10, height: 10, class: "dirac" })
-            : shape("circle", { cx: x, cy: y, r: 5, class: i < s ? "camera" : "light" });
-        const text = shape("text", { x, y: y + (y > height / 2 ? 22 : -12), "text-anchor": "middle" });
-        text.textContent = `${i} ${vertex.kind.replace("_", " ")}`;
-        shapes.push(dot, text);
+            : shape("circle", { cx: x, cy: y, r: 5, class: i < s ? "camera" : "light" }));
+        let label = labels.find((other) => Math.abs(other.x - x) < 40 && Math.abs(other.y - y) < 26);
+        if (!label) labels.push(label = { x, y, numbers: new Map() });
+        const kind = vertex.kind.replace("_", " ");
+        label.numbers.set(kind, [...(label.numbers.get(kind) ?? []), i]);
     });
+    for (const { x, y, numbers } of labels) {
+        const [anchor, shift] = x < 0.2 * width ? ["start", -16] : x > 0.8 * width ? ["end", 16] : ["middle", 0];
+        const text = shape("text", { x: x + shift, y: y + (y > height / 2 ? 22 : -12), "text-anchor": anchor });
+        text.textContent = [...numbers].map(([kind, of_kind]) => `${ranges_of(of_kind)} ${kind}`).join(", ");
+        shapes.push(text);
+    }
     const svg = shape("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": label });
     svg.append(...shapes);
     return svg;
+}
+
+// "0, 2 to 5" of 0, 2, 3, 4, 5.
+function ranges_of(numbers) {
+    const ranges = [];
+    for (const i of numbers) {
+        const last = ranges.at(-1);
+        if (last && last[1] === i - 1) last[1] = i;
+        else ranges.push([i, i]);
+    }
+    return ranges.map(([a, b]) => (a === b ? a : b === a + 1 ? `${a}, ${b}` : `${a} to ${b}`)).join(", ");
 }
 
 function shape(name, attributes) {
