@@ -770,7 +770,7 @@ TEST_CASE("a file that comes in pieces is read as if it were there at once") {
                                          compressed(much)};
     for (std::size_t i = 0; i < files.size(); ++i) {
         const contents expected = read_all(files[i]);
-        for (const std::size_t longest : {1, 7, 1000, 60'000}) {
+        for (const std::size_t longest : {1u, 7u, 1000u, 60'000u}) {
             if (files[i].size() / longest > 10'000)
                 continue;
             CAPTURE(i);
