@@ -7,11 +7,12 @@ document.addEventListener("DOMContentLoaded", () => {
     const program = URL.createObjectURL(new Blob([check_program], { type: "text/javascript" }));
     let worker = null, next_worker = null;
     const prepare = () => (next_worker ??= new Worker(program));
-    window.addEventListener("load", prepare); // it takes as long as some thousand records
+    window.addEventListener("load", prepare); // to compile the program takes longer than to check a small dump
 
     function end() {
         worker?.terminate();
         worker = null;
+        prepare();
         progress.hidden = stop.hidden = true;
     }
 
@@ -19,7 +20,6 @@ document.addEventListener("DOMContentLoaded", () => {
         end();
         const rate = Math.round((done.found.records ?? 0) / Math.max(seconds, 1e-3));
         const verdict = ["All weights agree.", "Some weights are wrong.", "Not all could be checked."][done.status];
-        prepare();
         state.textContent = done.complaint || `${verdict} ${megabytes(file.size)} in ` +
             `${seconds.toFixed(1)} s, ${rate} records per second.`;
         report.textContent = done.report;
@@ -64,7 +64,6 @@ document.addEventListener("DOMContentLoaded", () => {
     input.addEventListener("change", () => input.files.length && check(input.files[0]));
     stop.addEventListener("click", () => {
         end();
-        prepare();
         state.textContent = "Stopped.";
     });
     drop.addEventListener("dragover", (event) => event.preventDefault());
@@ -86,7 +85,7 @@ function source_of(file) {
     }
 }
 
-// Reads the next block for a worker. Few buffers go round: memory that is new costs more than reading.
+// Reads the next block for a worker. Few buffers go round: new memory for each block takes as long as reading.
 async function read_for(worker, { reader }, buffer) {
     try {
         const { done, value } = await reader.read(new Uint8Array(buffer));

@@ -66,18 +66,17 @@ nlohmann::json read_again(const std::set<std::int64_t>& lines) {
 
 check_paths::report report;
 check_paths::path_reader reader;
-std::string last_suspects;
+std::string found_suspects;
 
 } // namespace
 
 // What check_paths does with a file and no options, in three steps.
 extern "C" {
 
-// Begins with a file. Returns whether it can be opened.
-EMSCRIPTEN_KEEPALIVE bool begin() {
+// Begins, once, with the file.
+EMSCRIPTEN_KEEPALIVE void begin() {
     simdjson::get_active_implementation() = simdjson::builtin_implementation();
-    report = {};
-    return check_paths::open_lines(reader.lines, handed_over);
+    check_paths::open_lines(reader.lines, handed_over);
 }
 
 // Checks what is there of the file. Returns whether more is to come.
@@ -95,7 +94,7 @@ EMSCRIPTEN_KEEPALIVE int finish(const char* name) {
     const nlohmann::json suspects{{"records", report.all.records},
                                   {"suspects", check_paths::to_json(report, found)["suspects"]},
                                   {"paths", read_again(lines_to_draw(report, found))}};
-    last_suspects = suspects.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
+    found_suspects = suspects.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
     if (const std::string why = check_paths::complaint(report, name); !why.empty()) {
         std::fprintf(stderr, "check_paths: %s\n", why.c_str());
         return 2;
@@ -103,6 +102,6 @@ EMSCRIPTEN_KEEPALIVE int finish(const char* name) {
     return check_paths::exit_status(report, found);
 }
 
-// Of the last check, as JSON: the suspects, and the paths of their examples.
-EMSCRIPTEN_KEEPALIVE const char* suspects() { return last_suspects.c_str(); }
+// After that, as JSON: the suspects, and the paths of their examples.
+EMSCRIPTEN_KEEPALIVE const char* suspects() { return found_suspects.c_str(); }
 }
